@@ -1,0 +1,34 @@
+"""One kind of error for everything a user can get wrong."""
+
+from __future__ import annotations
+
+
+class InputError(ValueError):
+    """A value that is not accepted: what it is called, what it was, and what is accepted.
+
+    Parameters
+    ----------
+    argument : str
+        Name of the argument, in the user's words ("camera fov", "quadLight ab").
+    value : object
+        The offending value, shown with ``repr`` and cut at 60 characters.
+    accepted : str
+        What would have been accepted, as a noun phrase ("an angle in (0, 180) degrees").
+    where : str
+        Where it came from, for example "scene.test:12"; empty when unknown.
+    """
+
+    def __init__(self, argument: str, value: object, accepted: str, where: str = "") -> None:
+        self.argument, self.value, self.accepted, self.where = argument, value, accepted, where
+        shown = value if isinstance(value, str) else repr(value)
+        shown = shown if len(shown) <= 60 else shown[:57] + "..."
+        shown = shown.encode("unicode_escape").decode("ascii")
+        super().__init__(f"{where + ': ' if where else ''}{argument} = {shown}: expected {accepted}")
+
+    def at(self, where: str) -> InputError:
+        """The same error with the place it came from (``file:line``)."""
+        return InputError(self.argument, self.value, self.accepted, where)
+
+    def __reduce__(self) -> tuple[type, tuple[str, object, str, str]]:
+        # Errors cross process boundaries; the default would call __init__ with the message alone.
+        return InputError, (self.argument, repr(self.value), self.accepted, self.where)
