@@ -1,0 +1,104 @@
+"""Which commands the scene text format has, and how their arguments are read."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from .errors import InputError
+from .scene_state import SceneState
+
+NUMBER = r"[+-]?+(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?+\d++)?+"
+_FLOAT = re.compile(NUMBER, re.ASCII)
+_INTEGER = re.compile(r"[+-]?\d{1,18}", re.ASCII)
+_NORMALS = "flat faces: shading normals are not supported"
+_SOURCES = "quadLight, point, directional or sun: no other source is supported"
+REFUSED = {
+    "vertexnormal": _NORMALS,
+    "trinormal": _NORMALS,
+    "mesh": "vertex and tri lines: mesh files are not supported yet",
+    "texture": "one colour for each surface and light: textures are not supported",
+    "sphereLight": _SOURCES,
+    "spot": _SOURCES,
+    "envmap": _SOURCES,
+}
+
+
+def _number(argument: str, token: str) -> float:
+    value = float(token) if _FLOAT.fullmatch(token) else math.nan
+    if not math.isfinite(value):
+        raise InputError(argument, token, "a finite decimal number")
+    return value
+
+
+def _whole(argument: str, token: str) -> int:
+    if not _INTEGER.fullmatch(token):
+        raise InputError(argument, token, "a whole number of at most 18 digits")
+    return int(token)
+
+
+def _word(argument: str, token: str) -> str:
+    return token
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command's action, its reader of one argument, and its arguments' names."""
+
+    act: Callable[..., None]
+    read: Callable[[str, str], Any]
+    arguments: tuple[str, ...]
+
+    def values(self, name: str, tokens: Sequence[str]) -> list[Any]:
+        """The arguments, none missing and none spare."""
+        names, given = self.arguments, len(tokens)
+        accepted = f"{len(names)} arguments: {' '.join(names)}" if names else "no argument"
+        if given < len(names):
+            raise InputError(f"{name} {names[given]}", "missing", accepted)
+        if given > len(names):
+            raise InputError(f"{name} spare argument", tokens[len(names)], accepted)
+        return [self.read(f"{name} {what}", token) for what, token in zip(names, tokens, strict=True)]
+
+
+def _command(act: Callable[..., None], read: Callable[[str, str], Any], arguments: str = "") -> Command:
+    """``from:xyz fov`` stands for the arguments from.x, from.y, from.z and fov."""
+    names: list[str] = []
+    for argument in arguments.split():
+        name, _, parts = argument.partition(":")
+        names += [f"{name}.{part}" for part in parts] if parts else [name]
+    return Command(act, read, tuple(names))
+
+
+COMMANDS = {
+    "size": _command(SceneState.size, _whole, "width height"),
+    "output": _command(SceneState.output, _word, "file"),
+    "camera": _command(SceneState.camera, _number, "from:xyz at:xyz up:xyz fov"),
+    "integrator": _command(SceneState.integrator, _word, "name"),
+    "lightsamples": _command(SceneState.lightsamples, _whole, "count"),
+    "lightstratify": _command(SceneState.lightstratify, _word, "switch"),
+    "spp": _command(SceneState.spp, _whole, "count"),
+    "maxdepth": _command(SceneState.accepted, _whole, "count"),
+    "maxverts": _command(SceneState.accepted, _whole, "count"),
+    "maxvertnorms": _command(SceneState.accepted, _whole, "count"),
+    "vertex": _command(SceneState.vertex, _number, "x y z"),
+    "tri": _command(SceneState.tri, _whole, "i j k"),
+    "sphere": _command(SceneState.sphere, _number, "center:xyz radius"),
+    "translate": _command(SceneState.translate, _number, "x y z"),
+    "rotate": _command(SceneState.rotate, _number, "axis:xyz degrees"),
+    "scale": _command(SceneState.scale, _number, "x y z"),
+    "pushTransform": _command(SceneState.push, _word),
+    "popTransform": _command(SceneState.pop, _word),
+    "quadLight": _command(SceneState.quad_light, _number, "corner:xyz ab:xyz ac:xyz radiance:rgb"),
+    "point": _command(SceneState.point, _number, "position:xyz intensity:rgb"),
+    "directional": _command(SceneState.directional, _number, "direction:xyz irradiance:rgb"),
+    "sun": _command(SceneState.sun, _number, "direction:xyz irradiance:rgb degrees"),
+    "attenuation": _command(SceneState.attenuation, _number, "constant linear quadratic"),
+    "ambient": _command(SceneState.ambient, _number, "r g b"),
+    "diffuse": _command(SceneState.diffuse, _number, "r g b"),
+    "specular": _command(SceneState.specular, _number, "r g b"),
+    "emission": _command(SceneState.emission, _number, "r g b"),
+    "shininess": _command(SceneState.shininess, _number, "exponent"),
+}

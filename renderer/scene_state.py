@@ -1,0 +1,233 @@
+"""What a scene file has said so far, and what each of its commands does to that."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from . import transforms
+from .errors import InputError
+from .scene import (
+    Camera,
+    DirectionalLight,
+    Ellipsoid,
+    Light,
+    Material,
+    Mesh,
+    PointLight,
+    QuadLight,
+    Scene,
+    SunLight,
+    Vec3,
+)
+from .triangle_pile import TrianglePile
+
+MAX_PUSHED = 100_000
+_INTEGRATORS = ("analyticdirect", "direct", "raytracer", "pathtracer")
+
+
+def check_output(name: str) -> str:
+    """``name``, if it is a bare printable file name without blanks: one that cannot leave a folder."""
+    bare = name.isprintable() and not set(name) & set("/\\: ") and name not in ("", ".", "..")
+    if not bare or len(name.encode()) > 255:
+        raise InputError("output", name, "a bare file name: no folder, blank or control character")
+    return name
+
+
+def _vec(values: Sequence[float]) -> Vec3:
+    return values[0], values[1], values[2]
+
+
+class SceneState:
+    """The state that commands change, and what they have built so far.
+
+    Parameters
+    ----------
+    where : str
+        What errors and warnings call the file. ``line`` is set by whoever feeds the commands.
+    """
+
+    def __init__(self, where: str) -> None:
+        self.where, self.line = where, 1
+        self.pile = TrianglePile(where)
+        self.transform, self._pushed = transforms.IDENTITY, list[transforms.Affine]()
+        self._settings: dict[str, tuple[Any, int]] = {}  # by command: its value, its line
+        self._material, self._emission_line = Material(), 0
+        self._meshes, self._ellipsoids, self._lights = list[Mesh](), list[Ellipsoid](), list[Light]()
+        self._warned: dict[str, list[Any]] = {}  # by message: its first place, how often
+
+    @property
+    def place(self) -> str:
+        return f"{self.where}:{self.line}"
+
+    def warn(self, message: str, place: str) -> None:
+        """Note what is ignored; the same message again is only counted."""
+        self._warned.setdefault(message, [place, 0])[1] += 1
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """One line each: the first place, the message, and how many more places."""
+        return tuple(
+            f"{place}: {message}" + (f" (and {count - 1} more)" if count > 1 else "")
+            for message, (place, count) in self._warned.items()
+        )
+
+    def scene(self, name: str) -> Scene:
+        """The scene, once every command is read; an error in a setting names the setting's line."""
+        self._close_mesh()
+        for needed, accepted in (("size", "size width height"), ("camera", "one camera command")):
+            if needed not in self._settings:
+                raise InputError(needed, "missing", accepted, self.place)
+        width, height = self._settings["size"][0]
+        integrator = self._integrator()
+        try:
+            return Scene(
+                width=width,
+                height=height,
+                camera=self._setting("camera", None),
+                meshes=tuple(self._meshes),
+                ellipsoids=tuple(self._ellipsoids),
+                lights=tuple(self._lights),
+                integrator=integrator,
+                light_samples=self._setting("lightsamples", 1),
+                stratify=self._setting("lightstratify", False),
+                spp=self._setting("spp", 1),
+                name=name,
+                output=self._setting("output", "raytrace.png"),
+                warnings=self.warnings,
+            )
+        except InputError as error:
+            _, line = self._settings.get(error.argument.split()[0], (None, self.line))
+            raise error.at(f"{self.where}:{line}") from None
+
+    def _set(self, command: str, value: Any) -> None:
+        self._settings[command] = value, self.line
+
+    def _setting(self, command: str, default: Any) -> Any:
+        return self._settings.get(command, (default, 0))[0]
+
+    def _integrator(self) -> str:
+        name, line = self._settings.get("integrator", ("raytracer", self.line))
+        if name in ("analyticdirect", "direct"):
+            return str(name)
+        said = f"integrator {name}" if "integrator" in self._settings else "no integrator"
+        self.warn(f"{said}: direct is used", f"{self.where}:{line}")
+        return "direct"
+
+    def size(self, width: int, height: int) -> None:
+        self._set("size", (width, height))
+
+    def output(self, name: str) -> None:
+        self._set("output", check_output(name))
+
+    def camera(self, *v: float) -> None:
+        self._set("camera", Camera(_vec(v), _vec(v[3:]), _vec(v[6:]), v[9]))
+
+    def integrator(self, name: str) -> None:
+        if name not in _INTEGRATORS:
+            raise InputError("integrator", name, " or ".join(_INTEGRATORS))
+        self._set("integrator", name)
+
+    def lightsamples(self, count: int) -> None:
+        self._set("lightsamples", count)
+
+    def lightstratify(self, switch: str) -> None:
+        if switch not in ("on", "off"):
+            raise InputError("lightstratify", switch, "on or off")
+        self._set("lightstratify", switch == "on")
+
+    def spp(self, count: int) -> None:
+        self._set("spp", count)
+
+    def accepted(self, count: int) -> None:
+        """Of other homeworks; direct lighting does not need it."""
+
+    def attenuation(self, *factors: float) -> None:
+        self.warn("attenuation ignored: light falls off as 1/R^2", self.place)
+
+    def ambient(self, *colour: float) -> None:
+        self.warn("ambient ignored: it is not direct lighting", self.place)
+
+    def vertex(self, *point: float) -> None:
+        self.pile.add_vertices(point)
+
+    def tri(self, *corners: int) -> None:
+        count = self.pile.vertex_count
+        for name, corner in zip("ijk", corners, strict=True):
+            if not 0 <= corner < count:
+                raise InputError(f"tri {name}", corner, f"an index of the {count} vertices so far, from 0")
+        self.pile.add_triangles(corners, self.line, self.transform)
+
+    def sphere(self, x: float, y: float, z: float, radius: float) -> None:
+        if radius <= 0:
+            raise InputError("sphere radius", radius, "a radius above 0")
+        a, b, c = ((i * radius, j * radius, k * radius) for i, j, k, _ in self.transform)
+        center = transforms.apply(self.transform, (x, y, z))
+        self._ellipsoids.append(Ellipsoid(center, (a, b, c), self._material))
+        self._tell_emission()
+
+    def translate(self, *offset: float) -> None:
+        self._turn("translate", transforms.translation(_vec(offset)))
+
+    def rotate(self, x: float, y: float, z: float, degrees: float) -> None:
+        self._turn("rotate", transforms.rotation((x, y, z), degrees))
+
+    def scale(self, *factors: float) -> None:
+        self._turn("scale", transforms.scaling(_vec(factors)))
+
+    def _turn(self, name: str, affine: transforms.Affine) -> None:
+        turned = transforms.compose(self.transform, affine)
+        if not transforms.is_finite(turned):
+            raise InputError(name, "overflow", "a current transform that stays finite")
+        self.transform = turned
+
+    def push(self) -> None:
+        if len(self._pushed) >= MAX_PUSHED:
+            raise InputError("pushTransform", f"{MAX_PUSHED + 1} deep", f"at most {MAX_PUSHED} deep")
+        self._pushed.append(self.transform)
+
+    def pop(self) -> None:
+        if not self._pushed:
+            raise InputError("popTransform", "an empty stack", "an earlier pushTransform that is still open")
+        self.transform = self._pushed.pop()
+
+    def diffuse(self, *rgb: float) -> None:
+        self._surface(diffuse=_vec(rgb))
+
+    def specular(self, *rgb: float) -> None:
+        self._surface(specular=_vec(rgb))
+
+    def shininess(self, exponent: float) -> None:
+        self._surface(shininess=exponent)
+
+    def emission(self, *rgb: float) -> None:
+        self._surface(emission=_vec(rgb))
+        self._emission_line = self.line
+
+    def _surface(self, **change: Any) -> None:
+        """Change the material; a mesh ends here even at no change, so that written scenes come back equal."""
+        self._close_mesh()
+        self._material = replace(self._material, **change)
+
+    def _close_mesh(self) -> None:
+        if mesh := self.pile.close(self._material):
+            self._meshes.append(mesh)
+            self._tell_emission()
+
+    def _tell_emission(self) -> None:
+        if max(self._material.emission) > 0:
+            message = "emission on an ordinary object is seen but lights nothing"
+            self.warn(message, f"{self.where}:{self._emission_line}")
+
+    def quad_light(self, *v: float) -> None:
+        self._lights.append(QuadLight(_vec(v), _vec(v[3:]), _vec(v[6:]), _vec(v[9:])))
+
+    def point(self, *v: float) -> None:
+        self._lights.append(PointLight(_vec(v), _vec(v[3:])))
+
+    def directional(self, *v: float) -> None:
+        self._lights.append(DirectionalLight(_vec(v), _vec(v[3:])))
+
+    def sun(self, *v: float) -> None:
+        self._lights.append(SunLight(_vec(v), _vec(v[3:]), v[6]))

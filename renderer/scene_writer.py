@@ -1,0 +1,153 @@
+"""The scene text format, written: what the reader turns back into an equal scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from .scene import DirectionalLight, Ellipsoid, Light, Material, Mesh, PointLight, QuadLight, Scene, Vec3
+from .scene_state import check_output
+
+
+def write_scene(scene: Scene) -> str:
+    """Say a scene in the text format.
+
+    Parameters
+    ----------
+    scene : Scene
+        Any scene; its ``output`` must be a bare file name.
+
+    Returns
+    -------
+    str
+        Text whose parse equals ``scene``, given the same name, with every number in its shortest exact form.
+
+    Raises
+    ------
+    InputError
+        If ``output`` cannot be said in the format.
+
+    Notes
+    -----
+    Not in the format: ``two_sided`` (a comment tells of it), the name and the warnings. Vertices that no
+    triangle uses and meshes without triangles are left out. A mesh's material is always restated, so that
+    neighbours of one material stay two meshes. Ellipsoids with axes along the world's, spheres above all,
+    come back exactly; any other comes back as the same surface to rounding, but with other axes: the image
+    of the unit sphere under R1 diag R2 does not depend on the rotation R2, so only R1 diag is written.
+    """
+    groups = (
+        _settings(scene),
+        map(_light, scene.lights),
+        _meshes(scene.meshes),
+        _ellipsoids(scene.ellipsoids),
+    )
+    return "\n".join("".join(f"{line}\n" for line in group) for group in groups)
+
+
+def _numbers(*values: float) -> str:
+    return " ".join(repr(float(value)) for value in values)
+
+
+def _settings(scene: Scene) -> Iterator[str]:
+    camera = scene.camera
+    yield f"size {scene.width} {scene.height}"
+    yield f"output {check_output(scene.output)}"
+    yield f"camera {_numbers(*camera.position, *camera.target, *camera.up, camera.fov_y)}"
+    yield f"integrator {scene.integrator}"
+    yield f"lightsamples {scene.light_samples}"
+    yield f"lightstratify {'on' if scene.stratify else 'off'}"
+    yield f"spp {scene.spp}"
+    if scene.two_sided:
+        yield "# This scene's surfaces are two-sided, which the format cannot say."
+
+
+def _light(light: Light) -> str:
+    if isinstance(light, QuadLight):
+        return f"quadLight {_numbers(*light.corner, *light.ab, *light.ac, *light.radiance)}"
+    if isinstance(light, PointLight):
+        return f"point {_numbers(*light.position, *light.intensity)}"
+    if isinstance(light, DirectionalLight):
+        return f"directional {_numbers(*light.direction, *light.irradiance)}"
+    return f"sun {_numbers(*light.direction, *light.irradiance, light.angle)}"
+
+
+def _material(material: Material) -> Iterator[str]:
+    yield f"diffuse {_numbers(*material.diffuse)}"
+    yield f"specular {_numbers(*material.specular)}"
+    yield f"shininess {_numbers(material.shininess)}"
+    yield f"emission {_numbers(*material.emission)}"
+
+
+def _meshes(meshes: Iterable[Mesh]) -> Iterator[str]:
+    first = 0
+    for mesh in meshes:
+        if not mesh.triangles.size:
+            continue
+        used, triangles = np.unique(mesh.triangles, return_inverse=True)
+        yield from _material(mesh.material)
+        for x, y, z in mesh.vertices[:, used].T.tolist():
+            yield f"vertex {x!r} {y!r} {z!r}"
+        for i, j, k in (triangles.reshape(3, -1).T + first).tolist():
+            yield f"tri {i} {j} {k}"
+        first += used.size
+
+
+def _ellipsoids(ellipsoids: Iterable[Ellipsoid]) -> Iterator[str]:
+    material = None
+    for ellipsoid in ellipsoids:
+        if ellipsoid.material != material:
+            material = ellipsoid.material
+            yield from _material(material)
+        yield from _ellipsoid(ellipsoid)
+
+
+def _ellipsoid(ellipsoid: Ellipsoid) -> Iterator[str]:
+    """A ``sphere`` line where that is enough, else the unit sphere under translate, rotate and scale."""
+    axes = np.array(ellipsoid.axes)
+    lengths = axes.diagonal()
+    turn: tuple[Vec3, float] | None = None
+    if (axes != np.diag(lengths)).any():
+        # A power of two keeps the decomposition exact and its products away from overflow.
+        size = 2.0 ** math.frexp(np.abs(axes).max())[1]
+        rotation, lengths, _ = np.linalg.svd(axes / size)
+        lengths = lengths * size
+        rotation[:, 2] *= np.sign(np.linalg.det(rotation))  # mirrored, the ellipsoid is the same
+        turn = _axis_angle(rotation)
+    elif lengths[0] == lengths[1] == lengths[2] > 0:
+        yield f"sphere {_numbers(*ellipsoid.center, lengths[0])}"
+        return
+    yield "pushTransform"
+    yield f"translate {_numbers(*ellipsoid.center)}"
+    if turn:
+        yield f"rotate {_numbers(*turn[0], turn[1])}"
+    yield f"scale {_numbers(*lengths)}"
+    yield "sphere 0 0 0 1"
+    yield "popTransform"
+
+
+def _axis_angle(rotation: np.ndarray) -> tuple[Vec3, float]:
+    """Axis and angle in degrees of a rotation matrix, through its quaternion.
+
+    Of the quaternion's four components the largest is found first and the others by division by it: no
+    cancellation near 180 degrees (Shepperd 1978).
+    """
+    r = rotation
+    trace = r[0, 0] + r[1, 1] + r[2, 2]
+    squares = [trace, r[0, 0], r[1, 1], r[2, 2]]
+    largest = int(np.argmax(squares))
+    if largest == 0:
+        q = [1 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]]
+    else:
+        i = largest - 1
+        j, k = (i + 1) % 3, (i + 2) % 3
+        q = [r[k, j] - r[j, k], 0.0, 0.0, 0.0]
+        q[1 + i] = 1 + r[i, i] - r[j, j] - r[k, k]
+        q[1 + j] = r[j, i] + r[i, j]
+        q[1 + k] = r[k, i] + r[i, k]
+    w, x, y, z = (float(c) for c in q)
+    length = math.hypot(x, y, z)
+    if length == 0:
+        return (1.0, 0.0, 0.0), 0.0
+    return (x, y, z), math.degrees(2 * math.atan2(length, w))
