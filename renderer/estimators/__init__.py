@@ -1,0 +1,31 @@
+"""The estimators, each listed once: tests, experiments, report and documentation all iterate this tuple.
+
+An estimator is a frozen dataclass with one pure vectorised call: shading points, one light and a random
+generator in, reflected radiance (3, n) out. What it claims of itself is what the harness holds it to.
+"""
+
+from __future__ import annotations
+
+from .analytic import Analytic
+from .area import Area
+from .protocol import Claim, Estimator
+
+ESTIMATORS: tuple[type[Estimator], ...] = (Analytic, Area)
+
+__all__ = ["ESTIMATORS", "Analytic", "Area", "Claim", "Estimator", "estimator_named"]
+
+
+def estimator_named(name: str, samples: int, stratified: bool) -> Estimator:
+    """The estimator called ``name`` with N samples per light.
+
+    Raises
+    ------
+    InputError
+        If no estimator has that name, or strata are asked of a number that is not a square.
+    """
+    from ..errors import InputError
+
+    for kind in ESTIMATORS:
+        if kind.name == name:
+            return kind(samples=samples, stratified=stratified)
+    raise InputError("estimator", name, "one of " + ", ".join(kind.name for kind in ESTIMATORS))

@@ -1,0 +1,54 @@
+"""What an estimator is."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal, Protocol
+
+import numpy as np
+
+from ..needs import Needs, Source
+from ..shading import ShadingPoints
+from ..vectors import Floats
+
+Claim = Literal["exact", "unbiased", "consistent", "biased"]
+"""exact: no error beyond rounding. unbiased: noise only. consistent: bias that vanishes with samples.
+biased: an error that stays."""
+
+
+class Estimator(Protocol):
+    """A rule for the light one source sends to the eye from many points.
+
+    Attributes
+    ----------
+    name : str
+        As the command line knows it.
+    summary : str
+        One line.
+    samples : int
+        Per light with an extent.
+    stratified : bool
+        Whether they are laid in strata.
+    """
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+
+    def __init__(self, *, samples: int = 1, stratified: bool = False) -> None: ...
+
+    @property
+    def samples(self) -> int: ...
+
+    @property
+    def stratified(self) -> bool: ...
+
+    def claim(self, needs: Needs) -> Claim:
+        """What it promises of a scene with these needs."""
+        ...
+
+    def is_random(self, needs: Needs) -> bool:
+        """Whether two seeds give two images."""
+        ...
+
+    def __call__(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
+        """Reflected radiance (3, n), W m^-2 sr^-1, due to ``source``."""
+        ...

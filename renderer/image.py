@@ -1,0 +1,271 @@
+"""From a scene to an image: tiles, passes, and any executor.
+
+A tile is a rectangle of pixels, small enough that its arrays fit the memory whatever the image's size. Each
+tile and pass has its own random stream, spawned from the seed by their numbers, so that one worker or many
+give the same bits. Passes repeat the whole estimate with fresh randomness: their spread is the noise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, as_completed
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .camera import pixel_centres
+from .edges import Tolerance, near_edges
+from .estimators.protocol import Estimator
+from .geometry import Geometry, build_geometry
+from .needs import LeftOut, Needs, find_needs
+from .scene import Scene
+from .vectors import Floats
+from .view import View, look
+
+PAIRS = 1 << 17
+"""Pixels x camera rays x light samples handled at once in a tile."""
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Image:
+    """A rendered image and its statistics over passes.
+
+    Parameters
+    ----------
+    first, mean : (3, h, w) float64
+        Radiance of the first pass, and the mean of all.
+    variance : (3, h, w) float64
+        Of one pass, unbiased; 0 for an estimator without noise.
+    pixel_variance : (h, w) float64
+        The same of the channels' average: a pixel's channels share their light samples.
+    level_mean, level_variance : (3, h, w) float64
+        Mean and variance of one pass in 8-bit levels, clamped to [0, 255], not rounded.
+    emitter, background : (h, w) float64
+        Share of camera rays that hit a light's front or back, or nothing.
+    unjudged : (h, w) bool
+        Within the tolerance of a geometric edge, or of a hard shadow's.
+    pass_means : (passes,) float64
+        Channel average over the shaded pixels, pass by pass.
+    back_faces : int
+        Pixels that show the black back of a one-sided surface.
+    left_out : tuple of LeftOut
+    """
+
+    first: Floats
+    mean: Floats
+    variance: Floats
+    pixel_variance: Floats
+    level_mean: Floats
+    level_variance: Floats
+    emitter: Floats
+    background: Floats
+    unjudged: NDArray[np.bool_]
+    pass_means: Floats
+    back_faces: int
+    left_out: tuple[LeftOut, ...]
+
+    @property
+    def shaded(self) -> NDArray[np.bool_]:
+        """Pixels all of whose rays hit a surface that is not a light, (h, w)."""
+        return (self.emitter == 0) & (self.background == 0)
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a worker needs to know, the same for every tile."""
+
+    scene: Scene
+    estimator: Estimator
+    seed: int
+    passes: int
+    everything: bool
+    tolerance: Tolerance | None
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A block of pixels; ``number`` names its random stream."""
+
+    number: int
+    rows: range
+    columns: range
+
+
+def tiles(scene: Scene, samples: int) -> list[Tile]:
+    """Square tiles, row by row, of 16 to 128 pixels a side: about PAIRS samples each."""
+    side = 1 << int(math.log2(max(1.0, math.sqrt(PAIRS / (samples * scene.spp)))))
+    side = min(max(side, 16), 128)
+    starts = [(y, x) for y in range(0, scene.height, side) for x in range(0, scene.width, side)]
+    return [
+        Tile(number, range(y, min(y + side, scene.height)), range(x, min(x + side, scene.width)))
+        for number, (y, x) in enumerate(starts)
+    ]
+
+
+@lru_cache(maxsize=2)
+def _prepared(digest: str, everything: bool, scene: Scene) -> tuple[Geometry, Needs]:
+    geometry = build_geometry(scene)
+    return geometry, find_needs(scene, geometry, everything)
+
+
+def prepare(scene: Scene, everything: bool = False) -> tuple[Geometry, Needs]:
+    """A scene's arrays and its needs, found once."""
+    return _prepared(scene.digest(), everything, scene)
+
+
+def _shade(view: View, needs: Needs, estimator: Estimator, rng: np.random.Generator) -> Floats:
+    """Radiance (3, n): what is seen directly, and every light's share, summed."""
+    radiance = view.emission.copy()
+    if view.lit.size:
+        for source in needs.sources:
+            radiance[:, view.lit] += estimator(view.points, source.seen_from(view.points.position), rng)
+    return radiance
+
+
+class _Moments:
+    """Mean and unbiased variance over passes of arrays (..., n).
+
+    Sums of differences from the first pass: no cancellation between large squares that share their mean.
+    """
+
+    def __init__(self, first: Floats) -> None:
+        self.first, self.count = first, 1
+        self.total, self.square = np.zeros_like(first), np.zeros_like(first)
+
+    def add(self, value: Floats) -> None:
+        step = value - self.first
+        self.total += step
+        self.square += step * step
+        self.count += 1
+
+    @property
+    def mean(self) -> Floats:
+        return self.first + self.total / self.count
+
+    @property
+    def variance(self) -> Floats:
+        centred = self.square - self.total * self.total / self.count
+        return np.maximum(centred, 0) / max(self.count - 1, 1)
+
+
+def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
+    """All passes of one tile: arrays over its pixels (row by row), and its share of each pass's sum."""
+    scene = job.scene
+    geometry, needs = prepare(scene, job.everything)
+    x, y = pixel_centres(tile.columns, tile.rows)
+    n, boxed = x.size, scene.spp > 1
+    passes = job.passes if boxed or job.estimator.is_random(needs) else 1
+    unjudged, back = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
+    emitter, background = np.zeros(n), np.zeros(n)
+    moments: tuple[_Moments, ...] = ()
+    pixels = []
+    view = look(scene, geometry, x, y)
+    if job.tolerance and not boxed:
+        unjudged = near_edges(scene, geometry, needs, view, x, y, job.tolerance)
+    for number in range(passes):
+        rng = np.random.default_rng(np.random.SeedSequence(job.seed, spawn_key=(tile.number, number)))
+        if boxed:
+            u, v = rng.random((2, n, scene.spp)) - 0.5
+            view = look(scene, geometry, (x[:, None] + u).ravel(), (y[:, None] + v).ravel())
+        radiance = _shade(view, needs, job.estimator, rng).reshape(3, n, -1).mean(axis=2)
+        emitter += view.emitter.reshape(n, -1).mean(axis=1) / passes
+        background += view.background.reshape(n, -1).mean(axis=1) / passes
+        back |= view.back.reshape(n, -1).any(axis=1)
+        values = radiance, radiance.mean(axis=0), 255 * np.clip(radiance, 0, 1)
+        pixels.append(values[1])
+        if not moments:
+            moments = tuple(_Moments(value) for value in values)
+        else:
+            for moment, value in zip(moments, values, strict=True):
+                moment.add(value)
+    colours, averages, levels = moments
+    shaded = (emitter == 0) & (background == 0)
+    return {
+        "first": colours.first,
+        "mean": colours.mean,
+        "variance": colours.variance,
+        "pixel_variance": averages.variance,
+        "level_mean": levels.mean,
+        "level_variance": levels.variance,
+        "emitter": emitter,
+        "background": background,
+        "unjudged": unjudged,
+        "back": back,
+        "pass_sums": np.array([image[shaded].sum() for image in pixels]),
+    }
+
+
+def render(
+    scene: Scene,
+    estimator: Estimator,
+    *,
+    seed: int = 0,
+    passes: int = 1,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+    everything: bool = False,
+    tolerance: Tolerance | None = None,
+) -> Image:
+    """Render a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    estimator : Estimator
+    seed : int
+        Root of every random stream.
+    passes : int
+        Independent repetitions; one is made where nothing is random.
+    executor : Executor, optional
+        Where the tiles run; None runs them here, one after the other. The image does not depend on it.
+    progress : callable, optional
+        Called with (tiles done, tiles in all).
+    everything : bool
+        Leave nothing out (see `needs`).
+    tolerance : Tolerance, optional
+        Mark pixels this close to an edge.
+
+    Returns
+    -------
+    Image
+    """
+    job = Job(scene, estimator, seed, passes, everything, tolerance)
+    parts = tiles(scene, estimator.samples)
+    _, needs = prepare(scene, everything)
+    arrays: dict[str, Any] = {}
+    pass_sums: dict[int, Floats] = {}
+    for done, (tile, result) in enumerate(_run(job, parts, executor), start=1):
+        pass_sums[tile.number] = result.pop("pass_sums")
+        window = (..., slice(tile.rows.start, tile.rows.stop), slice(tile.columns.start, tile.columns.stop))
+        for name, values in result.items():
+            shape = values.shape[:-1]
+            if name not in arrays:
+                arrays[name] = np.empty((*shape, scene.height, scene.width), dtype=values.dtype)
+            arrays[name][window] = values.reshape(*shape, len(tile.rows), len(tile.columns))
+        if progress:
+            progress(done, len(parts))
+    shaded = (arrays["emitter"] == 0) & (arrays["background"] == 0)
+    back = int(arrays.pop("back").sum())
+    # Summed in the tiles' order: the bits do not depend on who finished first.
+    total = np.sum([pass_sums[number] for number in sorted(pass_sums)], axis=0)
+    return Image(**arrays, pass_means=total / max(shaded.sum(), 1), back_faces=back, left_out=needs.left_out)
+
+
+def _run(job: Job, parts: list[Tile], executor: Executor | None) -> Iterator[tuple[Tile, dict[str, Any]]]:
+    if executor is None:
+        for tile in parts:
+            yield tile, render_tile(job, tile)
+        return
+    futures = {executor.submit(render_tile, job, tile): tile for tile in parts}
+    try:
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+    finally:
+        for future in futures:
+            future.cancel()

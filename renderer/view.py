@@ -1,0 +1,65 @@
+"""What one set of camera rays sees: surfaces, emission, and the points that are to be shaded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .camera import primary_directions
+from .geometry import Geometry
+from .primary import Hits, first_hits
+from .scene import Scene
+from .shading import ShadingPoints, shading_points
+from .vectors import Floats, column, dot, unit
+
+
+@dataclass(frozen=True)
+class View:
+    """Camera rays and what they hit.
+
+    Parameters
+    ----------
+    hits : Hits
+    outgoing : (3, n) float64
+        Unit directions to the viewer.
+    emission : (3, n) float64
+        Radiance seen directly, from the front of what emits.
+    emitter, background, back : (n,) bool
+        The ray hits a light; nothing; the black back of a one-sided surface.
+    lit : (k,) int64
+        The rays whose hit reflects.
+    points : ShadingPoints
+        Their hits, k of them.
+    """
+
+    hits: Hits
+    outgoing: Floats
+    emission: Floats
+    emitter: NDArray[np.bool_]
+    background: NDArray[np.bool_]
+    back: NDArray[np.bool_]
+    lit: NDArray[np.intp]
+    points: ShadingPoints
+
+
+def look(scene: Scene, geometry: Geometry, x: Floats, y: Floats) -> View:
+    """Trace the rays through image points (x, y) in pixels, each (n,), y down."""
+    # The cone of the points' bounding box, a hair wider: triangles outside it are not looked at.
+    x0, x1, y0, y1 = x.min() - 0.01, x.max() + 0.01, y.min() - 0.01, y.max() + 0.01
+    corners = primary_directions(scene, np.array([x0, x1, x0, x1]), np.array([y0, y0, y1, y1]))
+    d = primary_directions(scene, x, y)
+    hits = first_hits(geometry, column(scene.camera.position), d, corners)
+    outgoing = -unit(d)
+    background = hits.surface < 0
+    cosine = dot(hits.normal, outgoing)
+    emitter, emission = np.zeros(x.shape, dtype=bool), np.zeros(d.shape)
+    hit = np.flatnonzero(~background)
+    emitter[hit] = geometry.light[hits.surface[hit]] >= 0
+    emission[:, hit] = geometry.emission[:, hits.surface[hit]] * (cosine[hit] > 0)
+    faces = (cosine != 0) if scene.two_sided else (cosine > 0)
+    reflects = ~background & ~emitter & faces
+    lit = np.flatnonzero(reflects)
+    points = shading_points(geometry, hits, outgoing, lit)
+    return View(hits, outgoing, emission, emitter, background, ~background & ~emitter & ~faces, lit, points)
