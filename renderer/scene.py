@@ -28,12 +28,12 @@ def _finite(name: str, value: object) -> float:
         raise InputError(name, value, "a finite number") from None
     if not math.isfinite(number):
         raise InputError(name, value, "a finite number")
-    return number
+    return number + 0.0  # -0.0 becomes 0.0: equal scenes have equal digests
 
 
 def _vector(name: str, value: object) -> Vec3:
     try:
-        components = tuple(value)  # type: ignore[arg-type]
+        components: tuple[object, ...] = tuple(value)  # type: ignore[arg-type]
     except TypeError:
         components = ()
     if len(components) != 3:
@@ -59,6 +59,14 @@ def _unit(name: str, v: Vec3) -> Vec3:
     x, y, z = (c / scale for c in v)
     length = math.sqrt(x * x + y * y + z * z)
     return x / length, y / length, z / length
+
+
+def _direction(name: str, value: object) -> Vec3:
+    """A unit vector; one that is so already to rounding is kept, so that a copy of a light equals it."""
+    v = _vector(name, value)
+    if abs(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - 1) < 2e-15:
+        return v
+    return _unit(name, v)
 
 
 def _parallel(a: Vec3, b: Vec3) -> bool:
@@ -151,7 +159,9 @@ class Mesh:
     material: Material = field(default_factory=Material)
 
     def __post_init__(self) -> None:
-        vertices = np.array(self.vertices, dtype=np.float64, order="C")
+        vertices = np.array(self.vertices, dtype=np.float64, order="C") + 0.0  # -0.0 as in _finite
+        if np.size(self.triangles) and np.asarray(self.triangles).dtype.kind not in "iu":
+            raise InputError("mesh triangles dtype", np.asarray(self.triangles).dtype, "whole numbers")
         triangles = np.array(self.triangles, dtype=np.int64, order="C")
         if vertices.ndim != 2 or vertices.shape[0] != 3:
             raise InputError("mesh vertices shape", vertices.shape, "(3, v)")
@@ -194,10 +204,11 @@ def has_area(a: Floats, b: Floats, c: Floats) -> NDArray[np.bool_]:
     A corner that lies within a few ulps of the line through the other two spans none: its normal would be
     rounding noise.
     """
-    e, f = b - a, c - a
-    size = np.maximum(np.abs(e).max(axis=0, initial=0), np.abs(f).max(axis=0, initial=0))
-    safe = np.where(size > 0, size, 1.0)
-    e, f = e / safe, f / safe
+    with np.errstate(over="ignore", invalid="ignore"):  # an edge that overflows ends as NaN: no area
+        e, f = b - a, c - a
+        size = np.maximum(np.abs(e).max(axis=0, initial=0), np.abs(f).max(axis=0, initial=0))
+        safe = np.where(size > 0, size, 1.0)
+        e, f = e / safe, f / safe
     doubled_area = np.linalg.norm(np.cross(e, f, axis=0), axis=0)
     shortest = np.minimum(
         np.minimum(np.linalg.norm(e, axis=0), np.linalg.norm(f, axis=0)), np.linalg.norm(f - e, axis=0)
@@ -246,8 +257,11 @@ class Ellipsoid:
     @property
     def radius(self) -> float | None:
         """The radius if this is a sphere to 1e-12, else None."""
+        (a, *rest), (b, c, d), (e, f, g) = self.axes
+        if not any((*rest, b, d, e, f)) and abs(a) == abs(c) == abs(g):
+            return abs(a)  # to the last bit
         values = np.linalg.svd(np.array(self.axes), compute_uv=False)
-        return float(values.mean()) if values[0] - values[2] <= 1e-12 * values[0] else None
+        return float(values[1]) if values[0] - values[2] <= 1e-12 * values[0] else None
 
 
 @dataclass(frozen=True)
@@ -280,6 +294,8 @@ class QuadLight:
             raise InputError(
                 "quadLight ac", self.ac, "an edge not parallel to ab (the light would have no area)"
             )
+        if not 0 < self.area < math.inf:
+            raise InputError("quadLight area", self.area, "an area above 0 and finite in double precision")
 
     @property
     def area(self) -> float:
@@ -327,8 +343,7 @@ class DirectionalLight:
     irradiance: Vec3
 
     def __post_init__(self) -> None:
-        direction = _vector("directional direction", self.direction)
-        object.__setattr__(self, "direction", _unit("directional direction", direction))
+        object.__setattr__(self, "direction", _direction("directional direction", self.direction))
         object.__setattr__(self, "irradiance", _colour("directional irradiance", self.irradiance))
 
 
@@ -354,12 +369,13 @@ class SunLight:
     angle: float
 
     def __post_init__(self) -> None:
-        direction = _vector("sun direction", self.direction)
-        object.__setattr__(self, "direction", _unit("sun direction", direction))
+        object.__setattr__(self, "direction", _direction("sun direction", self.direction))
         object.__setattr__(self, "irradiance", _colour("sun irradiance", self.irradiance))
         object.__setattr__(self, "angle", _finite("sun angle", self.angle))
         if not 0 < self.angle < 180:
             raise InputError("sun angle", self.angle, "an angular diameter in (0, 180) degrees")
+        if math.sin(self.half_angle) ** 2 == 0 or math.isinf(max(self.radiance)):
+            raise InputError("sun angle", self.angle, "an angle wide enough for the radiance to be finite")
 
     @property
     def half_angle(self) -> float:

@@ -164,7 +164,10 @@ class SceneState:
             raise InputError("sphere radius", radius, "a radius above 0")
         a, b, c = ((i * radius, j * radius, k * radius) for i, j, k, _ in self.transform)
         center = transforms.apply(self.transform, (x, y, z))
-        self._ellipsoids.append(Ellipsoid(center, (a, b, c), self._material))
+        ellipsoid = Ellipsoid(center, (a, b, c), self._material)
+        if (true_radius := ellipsoid.radius) is not None:  # a turned or mirrored sphere is a sphere
+            ellipsoid = Ellipsoid.sphere(center, true_radius, self._material)
+        self._ellipsoids.append(ellipsoid)
         self._tell_emission()
 
     def translate(self, *offset: float) -> None:
