@@ -66,7 +66,7 @@ def _direction(name: str, value: object) -> Vec3:
     v = _vector(name, value)
     if abs(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - 1) < 2e-15:
         return v
-    return _unit(name, v)
+    return _vector(name, _unit(name, v))
 
 
 def _parallel(a: Vec3, b: Vec3) -> bool:

@@ -33,9 +33,10 @@ def write_scene(scene: Scene) -> str:
     -----
     Not in the format: ``two_sided`` (a comment tells of it), the name and the warnings. Vertices that no
     triangle uses and meshes without triangles are left out. A mesh's material is always restated, so that
-    neighbours of one material stay two meshes. Ellipsoids with axes along the world's, spheres above all,
-    come back exactly; any other comes back as the same surface to rounding, but with other axes: the image
-    of the unit sphere under R1 diag R2 does not depend on the rotation R2, so only R1 diag is written.
+    neighbours of one material stay two meshes. Spheres (as ``Ellipsoid.sphere`` makes them) and ellipsoids
+    along the world's axes come back exactly; any other comes back as the same surface to rounding, but with
+    other axes: the image of the unit sphere under R1 diag R2 does not depend on the rotation R2, so only
+    R1 diag is written.
     """
     groups = (
         _settings(scene),
@@ -105,6 +106,9 @@ def _ellipsoids(ellipsoids: Iterable[Ellipsoid]) -> Iterator[str]:
 
 def _ellipsoid(ellipsoid: Ellipsoid) -> Iterator[str]:
     """A ``sphere`` line where that is enough, else the unit sphere under translate, rotate and scale."""
+    if (radius := ellipsoid.radius) is not None:
+        yield f"sphere {_numbers(*ellipsoid.center, radius)}"
+        return
     axes = np.array(ellipsoid.axes)
     lengths = axes.diagonal()
     turn: tuple[Vec3, float] | None = None
@@ -115,9 +119,6 @@ def _ellipsoid(ellipsoid: Ellipsoid) -> Iterator[str]:
         lengths = lengths * size
         rotation[:, 2] *= np.sign(np.linalg.det(rotation))  # mirrored, the ellipsoid is the same
         turn = _axis_angle(rotation)
-    elif lengths[0] == lengths[1] == lengths[2] > 0:
-        yield f"sphere {_numbers(*ellipsoid.center, lengths[0])}"
-        return
     yield "pushTransform"
     yield f"translate {_numbers(*ellipsoid.center)}"
     if turn:
