@@ -119,12 +119,23 @@ def prepare(scene: Scene, everything: bool = False) -> tuple[Geometry, Needs]:
     return _prepared(scene.digest(), everything, scene)
 
 
-def _shade(view: View, needs: Needs, estimator: Estimator, rng: np.random.Generator) -> Floats:
+def _stream(job: Job, tile: Tile, number: int, light: int) -> np.random.Generator:
+    """The random stream of one pass and light in one tile; light -1 is the camera.
+
+    A stream of its own for each light: leaving one out leaves the others' numbers as they were.
+    """
+    return np.random.default_rng(np.random.SeedSequence(job.seed, spawn_key=(tile.number, number, light + 1)))
+
+
+def _shade(job: Job, tile: Tile, number: int, view: View, needs: Needs) -> Floats:
     """Radiance (3, n): what is seen directly, and every light's share, summed."""
     radiance = view.emission.copy()
     if view.lit.size:
         for source in needs.sources:
-            radiance[:, view.lit] += estimator(view.points, source.seen_from(view.points.position), rng)
+            near = source.seen_from(view.points.position)
+            radiance[:, view.lit] += job.estimator(
+                view.points, near, _stream(job, tile, number, source.index)
+            )
     return radiance
 
 
@@ -169,11 +180,10 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
     if job.tolerance and not boxed:
         unjudged = near_edges(scene, geometry, needs, view, x, y, job.tolerance)
     for number in range(passes):
-        rng = np.random.default_rng(np.random.SeedSequence(job.seed, spawn_key=(tile.number, number)))
         if boxed:
-            u, v = rng.random((2, n, scene.spp)) - 0.5
+            u, v = _stream(job, tile, number, -1).random((2, n, scene.spp)) - 0.5
             view = look(scene, geometry, (x[:, None] + u).ravel(), (y[:, None] + v).ravel())
-        radiance = _shade(view, needs, job.estimator, rng).reshape(3, n, -1).mean(axis=2)
+        radiance = _shade(job, tile, number, view, needs).reshape(3, n, -1).mean(axis=2)
         emitter += view.emitter.reshape(n, -1).mean(axis=1) / passes
         background += view.background.reshape(n, -1).mean(axis=1) / passes
         back |= view.back.reshape(n, -1).any(axis=1)

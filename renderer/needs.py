@@ -41,6 +41,8 @@ class Source:
 
     Parameters
     ----------
+    index : int
+        Among the scene's lights.
     light : Light
     blockers : Blockers
         Surfaces that may stand between it and a surface it lights.
@@ -48,6 +50,7 @@ class Source:
         Whether any surface has a lobe.
     """
 
+    index: int
     light: Light
     blockers: Blockers
     glossy: bool
@@ -172,7 +175,7 @@ def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Ne
     """
     if everything:
         whole = Blockers.everything(geometry)
-        return Needs(tuple(Source(light, whole, True) for light in scene.lights), ())
+        return Needs(tuple(Source(i, light, whole, True) for i, light in enumerate(scene.lights)), ())
     receivers = _receivers(geometry)
     left_out: list[LeftOut] = []
     sources: list[Source] = []
@@ -194,7 +197,7 @@ def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Ne
             left_out.append(LeftOut(f"{total - kept} of {total} blockers of {name}", why))
         if not isinstance(light, QuadLight | SunLight):
             left_out.append(LeftOut(f"further samples of {name}", "it has no extent"))
-        sources.append(Source(light, blockers, scene.is_glossy))
+        sources.append(Source(index, light, blockers, scene.is_glossy))
     if scene.lights and not scene.is_glossy:
         left_out.append(LeftOut("the glossy lobe", "no surface has a specular albedo"))
     if not scene.ellipsoids:

@@ -1,22 +1,21 @@
 """What the camera sees: the nearest surface along rays that share one origin.
 
-With a common origin o, the edge function of a triangle's edge (p, q) along direction d is d . (p-o) x (q-o):
-linear in d (Olano & Greer 1997), and for two triangles that share the edge exactly the negative of the
-other's, so that no ray slips between them (the watertight test of Woop, Benthin & Wald 2013, without its
-shear, which only pays where origins differ). In a tile of an image d is affine in the pixel, so the signs at
-the tile's four corners tell which triangles it can see at all.
+With a common origin the edge functions of a triangle (see `watertight`) are the same for all rays and linear
+in the direction (Olano & Greer 1997). In a tile of an image the direction is affine in the pixel, so their
+signs at the tile's four corners tell which triangles it can see at all.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .geometry import Geometry, Ints
-from .vectors import Floats, cross, dot, transform, unit
+from .shadows import plane_bound
+from .vectors import Floats, dot, transform, unit
+from .watertight import SLOPE_ULPS, edge_functions, one_norm
 
 BLOCK = 1 << 18
 """Triangle-ray pairs handled at once: bounds the memory, and fits the cache."""
@@ -47,47 +46,54 @@ class Hits:
     ellipsoid: Ints
 
 
-def _edges(geometry: Geometry, origin: Floats) -> tuple[Floats, Floats]:
-    """Edge functions (3 edges, 3, t) opposite to corners a, b, c, and volumes (t,), about ``origin``."""
-    a, b, c = geometry.a - origin, geometry.b - origin, geometry.c - origin
-    return np.stack((cross(b, c), cross(c, a), cross(a, b))), dot(a, geometry.normal)
+@dataclass(frozen=True)
+class _Pencil:
+    """All triangles about one origin: edge functions (3 edges, 3, t) with slack (3, t), and planes.
 
+    The origin lies ``height`` (t,) below each plane, times its normal; planes it lies in are not live.
+    """
 
-def _visible_in_tile(edges: Floats, corners: Floats) -> NDArray[Any]:
-    """Which triangles can be hit by directions in the cone of four corner directions (3, 4)."""
-    value = np.stack([dot(edge[:, :, None], corners[:, None, :]) for edge in edges])  # (3, t, 4)
-    # Two roundings of a triple product apart from the exact sign: keep what is that close.
-    slack = 1e-14 * np.abs(value).max(axis=2)
-    high, low = value.max(axis=2) + slack, value.min(axis=2) - slack
-    return np.flatnonzero((high >= 0).all(axis=0) | (low <= 0).all(axis=0))
+    edges: Floats
+    slack: Floats
+    height: Floats
+    live: NDArray[np.bool_]
 
+    @classmethod
+    def about(cls, geometry: Geometry, origin: Floats) -> _Pencil:
+        pairs = edge_functions(geometry.a, geometry.b, geometry.c, origin)
+        height = dot(geometry.a - origin, geometry.normal)
+        live = np.abs(height) > plane_bound(geometry.normal, geometry.a, origin)
+        return cls(np.stack([edge for edge, _ in pairs]), np.stack([s for _, s in pairs]), height, live)
 
-def _nearest_triangle(
-    edges: Floats, normal: Floats, volume: Floats, d: Floats, chosen: Ints
-) -> tuple[Floats, Ints, Floats]:
-    """Nearest of the chosen triangles along each direction: distance (n,), triangle, weights (3, n)."""
-    n = d.shape[1]
-    best = np.full(n, np.inf)
-    which = np.full(n, -1)
-    weight = np.zeros((3, n))
-    rays = np.arange(n)
-    step = max(1, BLOCK // max(n, 1))
-    for start in range(0, chosen.size, step):
-        block = chosen[start : start + step]
-        w = np.stack([dot(edge[:, block, None], d[:, None, :]) for edge in edges])  # (3, block, n)
-        inside = (w >= 0).all(axis=0) | (w <= 0).all(axis=0)
-        slope = dot(normal[:, block, None], d[:, None, :])
-        height = np.broadcast_to(volume[block, None], slope.shape)
-        ahead = inside & (slope * height > 0)
-        t = np.full(slope.shape, np.inf)
-        np.divide(height, slope, out=t, where=ahead)
-        nearest = t.argmin(axis=0)
-        t_nearest = t[nearest, rays]
-        better = t_nearest < best
-        best[better] = t_nearest[better]
-        which[better] = block[nearest[better]]
-        weight[:, better] = w[:, nearest[better], rays[better]]
-    return best, which, weight
+    def in_tile(self, corners: Floats) -> Ints:
+        """Which triangles can be hit by directions in the cone of four corner directions (3, 4)."""
+        value = np.stack([dot(edge[:, :, None], corners[:, None, :]) for edge in self.edges])  # (3, t, 4)
+        slack = 2 * self.slack * one_norm(corners).max()
+        high, low = value.max(axis=2) + slack, value.min(axis=2) - slack
+        return np.flatnonzero(((high >= 0).all(axis=0) | (low <= 0).all(axis=0)) & self.live)
+
+    def nearest(self, normal: Floats, d: Floats, chosen: Ints) -> tuple[Floats, Ints, Floats]:
+        """Nearest of the chosen triangles along each direction: distance (n,), triangle, weights (3, n)."""
+        n = d.shape[1]
+        best, which, weight = np.full(n, np.inf), np.full(n, -1), np.zeros((3, n))
+        rays, size = np.arange(n), one_norm(d)
+        step = max(1, BLOCK // max(n, 1))
+        for start in range(0, chosen.size, step):
+            block = chosen[start : start + step]
+            w = np.stack([dot(edge[:, block, None], d[:, None, :]) for edge in self.edges])  # (3, block, n)
+            slack = self.slack[:, block, None] * size
+            inside = (w >= -slack).all(axis=0) | (w <= slack).all(axis=0)
+            slope = dot(normal[:, block, None], d[:, None, :])
+            height = np.broadcast_to(self.height[block, None], slope.shape)
+            inside &= np.abs(slope) > SLOPE_ULPS * one_norm(normal[:, block])[:, None] * size
+            t = np.full(slope.shape, np.inf)
+            np.divide(height, slope, out=t, where=inside & (slope * height > 0))
+            nearest = t.argmin(axis=0)
+            better = t[nearest, rays] < best
+            best[better] = t[nearest, rays][better]
+            which[better] = block[nearest[better]]
+            weight[:, better] = w[:, nearest[better], rays[better]]
+        return best, which, weight
 
 
 def _ellipsoid_distance(o: Floats, d: Floats) -> Floats:
@@ -122,9 +128,9 @@ def first_hits(geometry: Geometry, origin: Floats, d: Floats, corners: Floats | 
     corners : (3, 4) float64, optional
         Directions whose cone holds all of ``d``: triangles outside it are left out.
     """
-    edges, volume = _edges(geometry, origin)
-    chosen = np.arange(geometry.triangles) if corners is None else _visible_in_tile(edges, corners)
-    distance, triangle, weight = _nearest_triangle(edges, geometry.normal, volume, d, chosen)
+    pencil = _Pencil.about(geometry, origin)
+    chosen = np.flatnonzero(pencil.live) if corners is None else pencil.in_tile(corners)
+    distance, triangle, weight = pencil.nearest(geometry.normal, d, chosen)
     n = d.shape[1]
     ellipsoid = np.full(n, -1)
     for index in range(geometry.ellipsoids):

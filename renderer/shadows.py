@@ -1,11 +1,10 @@
 """Visibility between shading points and light points, without an epsilon.
 
 A triangle blocks the segment from p to q if the two lie strictly on opposite sides of its plane and the
-three edge functions about p agree in sign. "Strictly" means beyond the rounding of the plane equation itself,
-a bound that scales with the coordinates: the surface p lies on, its coplanar neighbours and the light's own
+direction passes inside its three edges (see `watertight`). "Strictly" means beyond the rounding of the plane
+equation itself, a bound that scales with the coordinates: the surface p lies on, its coplanar neighbours and the light's own
 triangles drop out by it, a blocker 1e-12 away from either end does not, and nothing depends on the scene's
-size (1e-6 or 1e9) or place. Triangles that share an edge have exactly opposite edge functions there, so that
-no segment passes between them (Woop, Benthin & Wald 2013).
+size (1e-6 or 1e9) or place.
 
 An ellipsoid is convex: the one p lies on never blocks a direction above p's horizon.
 """
@@ -18,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .geometry import Geometry, Ints
-from .vectors import Floats, cross, dot, transform
+from .vectors import Floats, dot, transform
+from .watertight import SLOPE_ULPS, edge_functions, one_norm
 
 Bools = NDArray[np.bool_]
 
@@ -107,30 +107,27 @@ class Blockers:
 
     def _triangles_hide(self, chosen: Ints, p: Floats, d: Floats, at_infinity: bool) -> Bools:
         g = self.geometry
+        bound = plane_bound(g.normal[:, chosen], g.a[:, chosen], p)
         p = p[:, :, None]
-        corner_a, n = g.a[:, None, chosen], g.normal[:, None, chosen]
-        a, b, c = corner_a - p, g.b[:, None, chosen] - p, g.c[:, None, chosen] - p
-        height = dot(n, a)  # of the plane over p; (n, t)
-        bound = plane_bound(g.normal[:, chosen], g.a[:, chosen], p[:, :, 0])
+        height = dot(g.normal[:, None, chosen], g.a[:, None, chosen] - p)  # of the plane over p; (n, t)
         side = np.where(np.abs(height) > bound, np.sign(height), 0.0)
         live = np.flatnonzero(side.any(axis=0))
         if live.size == 0:
             return np.zeros(d.shape[1:], dtype=bool)
-        a, b, c, side = a[:, :, live], b[:, :, live], c[:, :, live], side[:, live]
+        chosen, side, away = chosen[live], side[:, live], (np.abs(height) + bound)[:, live]
+        size = one_norm(d)[:, None, :]
         d = d[:, :, None, :]
-        n = n[:, :, live] * side
+        n = g.normal[:, None, chosen] * side
         rise = dot(n[..., None], d)  # > 0: towards the plane
         if at_infinity:
-            hides = rise > 0
+            hides = rise > (SLOPE_ULPS * one_norm(n))[..., None] * size
         else:
-            # d = q - p ends beyond the plane by more than q's own rounding
-            reach = (np.abs(height) + bound)[:, live] + PLANE_ULPS * np.abs(n).sum(axis=0) * np.abs(d).max(
-                axis=(0, 3)
-            )
-            hides = rise > reach[..., None]
-        for first, second in ((b, c), (c, a), (a, b)):
-            hides &= dot((cross(first, second) * side)[..., None], d) >= 0
+            # The far end lies beyond the plane by more than its own rounding.
+            hides = rise > (away + PLANE_ULPS * one_norm(n) * size.max(axis=2))[..., None]
         hides &= (side != 0)[..., None]
+        corners = (corner[:, None, chosen] for corner in (g.a, g.b, g.c))
+        for edge, slack in edge_functions(*corners, p):
+            hides &= dot((edge * side)[..., None], d) >= -slack[..., None] * size
         return np.asarray(hides.any(axis=1))
 
     def _ellipsoid_hides(self, index: int, p: Floats, own: Ints, d: Floats, at_infinity: bool) -> Bools:

@@ -1,0 +1,50 @@
+"""The classic scenes, by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from renderer.errors import InputError
+from renderer.scene import Scene
+from renderer.scene_reader import read_scene
+
+FOLDER = Path(__file__).parent / "scenes"
+
+CLASSIC = (
+    "quad",
+    "quad-random",
+    "quad-stratified",
+    "three-lights",
+    "cornell",
+    "cornell-boxes",
+    "glossy",
+    "unshadowed",
+    "horizon",
+    "near-light",
+    "lonely",
+)
+"""In the order in which the README tells of them."""
+
+
+def summary(name: str) -> str:
+    """What a classic scene shows: the first comment line of its file."""
+    for line in (FOLDER / f"{name}.test").read_text(encoding="utf-8").splitlines():
+        if line.startswith("#"):
+            return line.lstrip("# ").strip()
+    return ""
+
+
+def load(name: str, lenient: bool = False) -> Scene:
+    """A scene by file name, or a classic one by its name.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or its content is not a scene.
+    """
+    path = Path(name)
+    if name in CLASSIC and not path.exists():
+        path = FOLDER / f"{name}.test"
+    elif not path.exists():
+        raise InputError("scene", name, "a scene file, or one of " + ", ".join(CLASSIC))
+    return read_scene(path, lenient=lenient).with_(name=path.stem)

@@ -1,0 +1,105 @@
+"""`nusselt check`: many rows, written as they finish."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from renderer.errors import InputError
+from renderer.scene import Scene
+
+from .catalogue import load
+from .check import Question, References, check
+from .pictures import write_pictures
+from .results import document, exit_code, write_json
+from .statistics import Level
+from .tables import left_out_table, verdict_table
+from .workers import worker_pool
+
+
+def _question(options: dict[str, Any], rows: int) -> Question:
+    for name, low, high in (("margin", 0.0, 1.0), ("alpha", 0.0, 0.5), ("timeout", 0.0, math.inf)):
+        if not low < options[name] <= high:
+            raise InputError(f"--{name}", options[name], f"a number above {low:g}, at most {high:g}")
+    return Question(
+        estimator=options["estimator"],
+        samples=options["samples"],
+        stratified=options["stratified"],
+        margin=options["margin"],
+        seed=options["seed"],
+        level=Level(options["alpha"], rows),
+        timeout=options["timeout"],
+    )
+
+
+def _read_all(names: tuple[str, ...], options: dict[str, Any], question: Question) -> list[Scene]:
+    """Every scene, read and found askable before the first is rendered."""
+    scenes = [load(name, options["lenient"]).with_(two_sided=options["two_sided"]) for name in names]
+    taken: set[str] = set()
+    for index, scene in enumerate(scenes):
+        question.of(scene)
+        name, number = scene.name, 2
+        while name in taken:
+            name, number = f"{scene.name}-{number}", number + 1
+        taken.add(name)
+        scenes[index] = dataclasses.replace(scene, name=name)
+    return scenes
+
+
+def run_check(
+    names: tuple[str, ...],
+    options: dict[str, Any],
+    progress_bar: Callable[[str], Any],
+    command_for: Callable[[str], str],
+) -> int:
+    """Check every scene; returns the exit status.
+
+    Parameters
+    ----------
+    command_for : callable
+        The command that makes one scene's row again.
+    """
+    question = _question(options, len(names))
+    scenes = _read_all(names, options, question)
+    out: Path | None = options["out"]
+    target = options["target"] or (str(out / "results.json") if out else None)
+    rows: list[dict[str, Any]] = []
+    references = References()
+    table = Console(stderr=target == "-", highlight=False)
+
+    def save() -> None:
+        if target and target != "-":
+            write_json(document(rows, alpha=question.level.alpha), target)
+
+    with worker_pool() as pool:
+        for name, scene in zip(names, scenes, strict=True):
+            with progress_bar(scene.name) as report:
+                answer = check(
+                    scene,
+                    question,
+                    command=command_for(name),
+                    references=references,
+                    executor=pool,
+                    progress=report,
+                )
+            rows.append(answer.row)
+            if out:
+                answer.row["images"] = write_pictures(answer, out / scene.name)
+            save()
+    if target == "-":
+        write_json(document(rows, alpha=question.level.alpha), target)
+    table.print(verdict_table(rows, question.level.alpha))
+    table.print(left_out_table(rows))
+    for row in rows:
+        if row["verdict"] != "agrees":
+            table.print(
+                f"{row['scene']}: {row['verdict']}: {row['reason']}\n  again: {row['command']}", markup=False
+            )
+        for warning in row["warnings"]:
+            table.print(f"{row['scene']}: warning: {warning}", markup=False)
+    return exit_code(rows)

@@ -1,0 +1,228 @@
+"""The command `nusselt`."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NoReturn
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from renderer.errors import InputError
+
+from . import catalogue
+from .results import EXIT
+
+ERRORS = Console(stderr=True, highlight=False)
+Report = Callable[[str, int, int], None]
+
+
+class Group(click.Group):
+    """Turns what a user got wrong into one line and exit status 2, whatever the command."""
+
+    def invoke(self, context: click.Context) -> Any:
+        try:
+            return super().invoke(context)
+        except InputError as error:
+            stop(str(error), EXIT["bad input"])
+        except KeyboardInterrupt:
+            stop("interrupted: what was finished is written", 130)
+
+
+def stop(message: str, status: int) -> NoReturn:
+    """One line on standard error, and out."""
+    click.echo(f"nusselt: {message}", err=True)
+    sys.exit(status)
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[Report]:
+    """Progress with the time left, on a terminal only."""
+    bar = Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        console=ERRORS,
+        transient=True,
+        disable=not ERRORS.is_terminal,
+    )
+    with bar:
+        task = bar.add_task(title)
+
+        def report(stage: str, done: int, total: int) -> None:
+            bar.update(task, description=f"{title}: {stage}", completed=done, total=total)
+
+        yield report
+
+
+@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="nusselt")
+def main() -> None:
+    """Is a direct-lighting renderer right, and how sure are we?
+
+    Exit status: 0 everything as claimed, 1 something not, 2 bad usage or input, 3 undecided, 4 the reference
+    could not run.
+    """
+
+
+def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options that choose an estimator."""
+    for option in (
+        click.option(
+            "--estimator", metavar="NAME", help="Instead of the one the scene asks for; see: nusselt list."
+        ),
+        click.option("--samples", type=click.IntRange(1, 1 << 24), help="Per light, instead of the scene's."),
+        click.option("--stratify/--no-stratify", "stratified", default=None, help="Instead of the scene's."),
+        click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True),
+        click.option(
+            "--lenient", is_flag=True, help="Warn of unknown commands in a scene instead of refusing it."
+        ),
+        click.option(
+            "--two-sided", is_flag=True, help="Surfaces reflect at their back too, on both renderers."
+        ),
+    ):
+        command = option(command)
+    return command
+
+
+@main.command()
+@click.argument("scenes", metavar="SCENE...", nargs=-1)
+@click.option("--classic", is_flag=True, help="All classic scenes.")
+@_sampling
+@click.option(
+    "--margin", type=float, default=1e-3, show_default=True, help="Relative bias that does not matter."
+)
+@click.option(
+    "--alpha", type=float, default=1e-3, show_default=True, help="False-alarm rate of the whole report."
+)
+@click.option("--timeout", type=float, default=600.0, show_default=True, help="Seconds for one reference.")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for the pictures and results.json.")
+@click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output).")
+def check(scenes: tuple[str, ...], classic: bool, **options: Any) -> None:
+    """Compare our image of each SCENE with Mitsuba's: bias, RMS, their intervals, a verdict.
+
+    \b
+    nusselt check quad cornell --out out
+    nusselt check my.test --samples 64 --margin 0.0005 --json -
+    """
+    from .check_command import run_check
+
+    names = (*(catalogue.CLASSIC if classic else ()), *scenes)
+    if not names:
+        raise click.UsageError("name a scene file, a classic scene (see: nusselt list), or --classic")
+    sys.exit(run_check(names, options, progress_bar, lambda scene: shell_command(scene, options)))
+
+
+@main.command()
+@click.argument("scene")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), required=True, help="IMAGE.png, .exr or .npy"
+)
+@_sampling
+def render(scene: str, output: Path, **options: Any) -> None:
+    """Our image of SCENE alone; needs no Mitsuba.
+
+    \b
+    nusselt render cornell --samples 25 --stratify -o cornell.png
+    """
+    from renderer.image import render as render_image
+
+    from .check import chosen_estimator
+    from .files import check_image_name, write_image
+    from .workers import worker_pool
+
+    check_image_name(output)
+    read = catalogue.load(scene, options["lenient"]).with_(two_sided=options["two_sided"])
+    estimator = chosen_estimator(read, options["estimator"], options["samples"], options["stratified"])
+    for warning in read.warnings:
+        click.echo(f"warning: {warning}", err=True)
+    with worker_pool() as pool, progress_bar(read.name) as report:
+        image = render_image(
+            read,
+            estimator,
+            seed=options["seed"],
+            executor=pool,
+            progress=lambda done, total: report("tiles", done, total),
+        )
+    if image.back_faces:
+        click.echo(f"warning: {image.back_faces} pixels show the black back of a one-sided surface", err=True)
+    write_image(output, image.mean)
+
+
+@main.command()
+@click.argument("scene")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="SCENE.xml")
+@click.option("--lenient", is_flag=True, help="Warn of unknown commands instead of refusing the scene.")
+@click.option("--two-sided", is_flag=True, help="Surfaces reflect at their back too.")
+def export(scene: str, output: Path, lenient: bool, two_sided: bool) -> None:
+    """Write SCENE as an equivalent Mitsuba scene (XML and PLY).
+
+    A purely diffuse one loads in the stock `mitsuba` executable; a glossy one needs
+    `python -m mitsuba_bridge render SCENE.xml`, which registers the Phong surface first.
+    """
+    from mitsuba_bridge.export import export_scene
+
+    read = catalogue.load(scene, lenient).with_(two_sided=two_sided)
+    for note in (*read.warnings, *export_scene(read, output)):
+        click.echo(note, err=True)
+
+
+@main.command()
+def doctor() -> None:
+    """Versions, variants, which LLVM and why; what is missing and the command that mends it."""
+    from mitsuba_bridge.llvm import backend_report
+
+    from .results import machine, package_versions
+
+    console = Console(highlight=False)
+    for name, value in machine().items():
+        console.print(f"{name:20} {value}", markup=False)
+    missing = []
+    for package, version in package_versions().items():
+        console.print(f"{package:20} {version or 'missing'}", markup=False)
+        if version is None:
+            missing.append(package)
+    ready, lines = backend_report()
+    for line in lines:
+        console.print(line, markup=False)
+    for package in missing:
+        console.print(f"missing: {package}; mend with: pip install {package}", markup=False)
+    sys.exit(EXIT["as claimed"] if ready else EXIT["no reference"])
+
+
+@main.command(name="list")
+def list_command() -> None:
+    """Scenes, estimators and experiments, one line each."""
+    from renderer.estimators import ESTIMATORS
+
+    click.echo("scenes")
+    for name in catalogue.CLASSIC:
+        click.echo(f"  {name:18} {catalogue.summary(name)}")
+    click.echo("estimators")
+    for kind in ESTIMATORS:
+        click.echo(f"  {kind.name:18} {kind.summary}")
+
+
+def shell_command(scene: str, options: dict[str, Any]) -> str:
+    """The command that makes one row again."""
+    words = ["nusselt", "check", scene]
+    defaults = {param.name: param.default for param in check.params}
+    for param in check.params:
+        value = options.get(str(param.name))
+        if (
+            param.name in ("classic", "out", "target", "scenes")
+            or value is None
+            or value == defaults[param.name]
+        ):
+            continue
+        if value is True or value is False:
+            words.append(param.opts[0] if value else param.secondary_opts[0])
+        else:
+            words += [param.opts[0], str(value)]
+    return shlex.join(words)

@@ -1,0 +1,81 @@
+"""Files that are whole or not there: everything is written beside its place and renamed into it."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from renderer.errors import InputError
+from renderer.vectors import Floats
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A path to write to; it takes the place of ``path`` when the block ends well, and vanishes when not.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written to.
+    """
+    beside = path.with_name(f".{path.stem}.{secrets.token_hex(4)}{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield beside
+        os.replace(beside, path)
+    except OSError as error:
+        raise InputError("output", str(path), f"a place that can be written to ({error.strerror})") from error
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _png(path: Path, radiance: Floats) -> None:
+    from PIL import Image
+
+    Image.fromarray(to_levels(radiance).transpose(1, 2, 0)).save(path)
+
+
+def _npy(path: Path, radiance: Floats) -> None:
+    with path.open("wb") as stream:
+        np.save(stream, np.ascontiguousarray(radiance.transpose(1, 2, 0)), allow_pickle=False)
+
+
+def _exr(path: Path, radiance: Floats) -> None:
+    import OpenEXR
+
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    pixels = np.ascontiguousarray(radiance.transpose(1, 2, 0), dtype=np.float32)
+    with OpenEXR.File(header, {"RGB": pixels}) as file:
+        file.write(str(path))
+
+
+WRITERS: dict[str, Callable[[Path, Floats], None]] = {".png": _png, ".exr": _exr, ".npy": _npy}
+
+
+def to_levels(radiance: Floats) -> np.ndarray[Any, np.dtype[np.uint8]]:
+    """The course's eight bits: clamp to [0, 1], times 255, truncate; no gamma. NaN is black."""
+    return (255 * np.clip(np.nan_to_num(radiance, nan=0.0, posinf=1.0, neginf=0.0), 0, 1)).astype(np.uint8)
+
+
+def check_image_name(path: Path) -> None:
+    """Refuse a name whose format is not written here.
+
+    Raises
+    ------
+    InputError
+    """
+    if path.suffix.lower() not in WRITERS:
+        raise InputError("output", str(path), "a name that ends in " + ", ".join(WRITERS))
+
+
+def write_image(path: Path, radiance: Floats) -> None:
+    """Write radiance (3, h, w): PNG in the course's eight bits, EXR in float32, NPY (h, w, 3) in float64."""
+    check_image_name(path)
+    with replacing(path) as beside:
+        WRITERS[path.suffix.lower()](beside, radiance)

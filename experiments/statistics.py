@@ -1,0 +1,159 @@
+"""Pooled means, tiles, and roots of noisy squares: the statistics under a verdict.
+
+A pixel is the unit: its channels are averaged first, since they share their light samples. Our noise is
+clustered by pixel, whose passes are independent; the reference's is taken from its passes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from renderer.vectors import Floats
+
+Bools = NDArray[np.bool_]
+
+TILES = 8
+"""Tiles a side."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """The declared false-alarm rate, and one row's share of it.
+
+    Parameters
+    ----------
+    alpha : float
+        Of the whole report: the chance that any correct row is called ``differs``.
+    rows : int
+        Rows in the report.
+    """
+
+    alpha: float = 1e-3
+    rows: int = 1
+
+    @property
+    def pooled(self) -> float:
+        return self.alpha / 2 / self.rows
+
+    @property
+    def tile(self) -> float:
+        return self.alpha / 4 / self.rows / TILES**2
+
+    @property
+    def rest(self) -> float:
+        return self.alpha / 4 / self.rows
+
+
+@dataclass(frozen=True)
+class Bias:
+    """A mean difference with its noise.
+
+    Parameters
+    ----------
+    value, standard_error : float
+    freedom : float
+        Degrees of freedom (Welch-Satterthwaite).
+    """
+
+    value: float
+    standard_error: float
+    freedom: float
+
+    def half_width(self, level: float) -> float:
+        """Of the two-sided interval at this false-alarm rate."""
+        return float(stats.t.isf(level / 2, self.freedom)) * self.standard_error
+
+
+def pooled_bias(difference: Floats, noise: Floats, passes: Floats) -> Bias:
+    """Mean difference over pixels.
+
+    Parameters
+    ----------
+    difference, noise : (n,) float64
+        Ours minus the reference at each pixel, and the variance of our value there.
+    passes : (r,) float64
+        The reference's mean over the same pixels in each of its passes; no noise if r < 2.
+    """
+    count = difference.size
+    mine = float(noise.sum()) / count**2
+    theirs = float(np.var(passes, ddof=1)) / passes.size if passes.size > 1 else 0.0
+    # Welch-Satterthwaite; the freedom of our share is the number of pixels it really rests on.
+    weight = mine**2 / resting_on(noise) + (theirs**2 / (passes.size - 1) if passes.size > 1 else 0.0)
+    freedom = (mine + theirs) ** 2 / weight if weight > 0 else 1e9
+    return Bias(float(difference.mean()), math.sqrt(mine + theirs), max(freedom, 1.0))
+
+
+def resting_on(noise: Floats) -> float:
+    """How many pixels carry the noise: (sum v)^2 / sum v^2, at least 1; all of them where there is none."""
+    scale = float(noise.max(initial=0.0))
+    if scale == 0:
+        return float(max(noise.size, 1))
+    shares = noise / scale
+    return float(shares.sum() ** 2 / (shares * shares).sum())
+
+
+@dataclass(frozen=True)
+class Tiles:
+    """Bias by place.
+
+    Parameters
+    ----------
+    bias, error, freedom, p : (8, 8) float64
+        Mean difference, its standard error and degrees of freedom, and the two-sided p-value of no bias; NaN
+        where a tile has no pixel, and p also where it has no noise.
+    """
+
+    bias: Floats
+    error: Floats
+    freedom: Floats
+    p: Floats
+
+    def failing(self, level: float, margin: float) -> int:
+        """How many tiles lie beyond +-margin (radiance) at this false-alarm rate each."""
+        some = ~np.isnan(self.bias)
+        reach = stats.t.isf(level / 2, self.freedom[some]) * self.error[some] + margin
+        return int((np.abs(self.bias[some]) > reach).sum())
+
+
+def tile_biases(difference: Floats, noise: Floats, judged: Bools, rounding: float) -> Tiles:
+    """Welch's t in each of 8 x 8 tiles.
+
+    Parameters
+    ----------
+    difference, noise : (h, w) float64
+        Ours minus the reference, and the variance of that from both sides.
+    judged : (h, w) bool
+    rounding : float
+        Errors below this are no noise.
+    """
+    height, width = difference.shape
+    rows = np.minimum(np.arange(height) * TILES // height, TILES - 1)
+    columns = np.minimum(np.arange(width) * TILES // width, TILES - 1)
+    number = (rows[:, None] * TILES + columns)[judged]
+
+    def total(values: Any) -> Floats:
+        return np.bincount(number, values, minlength=TILES**2).astype(np.float64).reshape(TILES, TILES)
+
+    count = total(np.ones(number.size))
+    size = np.maximum(count, 1)
+    variance, squares = total(noise[judged]), total(noise[judged] ** 2)
+    bias = np.where(count > 0, total(difference[judged]) / size, np.nan)
+    error = np.sqrt(variance) / size
+    freedom = np.divide(variance**2, squares, out=np.full((TILES, TILES), 1e9), where=squares > 0)
+    noisy = (count > 0) & (error > rounding)
+    p = np.full((TILES, TILES), np.nan)
+    p[noisy] = 2 * stats.t.sf(np.abs(bias[noisy]) / error[noisy], freedom[noisy])
+    return Tiles(bias, error, np.maximum(freedom, 1.0), p)
+
+
+def denoised_root(square: Floats, level: float) -> tuple[float, tuple[float, float]]:
+    """Root of a mean square (n,) whose expected noise has been taken out, with its interval."""
+    mean = float(square.mean())
+    reach = float(stats.norm.isf(level / 2)) * float(square.std()) / math.sqrt(square.size)
+    return math.sqrt(max(mean, 0.0)), (math.sqrt(max(mean - reach, 0.0)), math.sqrt(max(mean + reach, 0.0)))
