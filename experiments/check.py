@@ -37,9 +37,7 @@ MAX_SAMPLES = 1 << 16
 Progress = Callable[[str, int, int], None]
 
 
-def chosen_estimator(
-    scene: Scene, name: str | None, samples: int | None, stratified: bool | None
-) -> Estimator:
+def chosen_estimator(scene: Scene, name: str | None, samples: int | None, stratified: bool | None) -> Estimator:
     """What the user asks for, and for the rest what the scene does."""
     name = name or {"analyticdirect": "analytic", "direct": "area"}[scene.integrator]
     strata = scene.stratify if stratified is None else stratified
@@ -265,9 +263,7 @@ def _row_without(
     }
 
 
-def _row(
-    head: dict[str, Any], verdict: Verdict, reference: Reference, seconds: dict[str, Any]
-) -> dict[str, Any]:
+def _row(head: dict[str, Any], verdict: Verdict, reference: Reference, seconds: dict[str, Any]) -> dict[str, Any]:
     figures = {
         name: getattr(verdict, name)
         for name in (

@@ -97,9 +97,7 @@ def run_check(
     table.print(left_out_table(rows))
     for row in rows:
         if row["verdict"] != "agrees":
-            table.print(
-                f"{row['scene']}: {row['verdict']}: {row['reason']}\n  again: {row['command']}", markup=False
-            )
+            table.print(f"{row['scene']}: {row['verdict']}: {row['reason']}\n  again: {row['command']}", markup=False)
         for warning in row["warnings"]:
             table.print(f"{row['scene']}: warning: {warning}", markup=False)
     return exit_code(rows)

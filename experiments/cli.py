@@ -74,18 +74,12 @@ def main() -> None:
 def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options that choose an estimator."""
     for option in (
-        click.option(
-            "--estimator", metavar="NAME", help="Instead of the one the scene asks for; see: nusselt list."
-        ),
+        click.option("--estimator", metavar="NAME", help="Instead of the one the scene asks for; see: nusselt list."),
         click.option("--samples", type=click.IntRange(1, 1 << 24), help="Per light, instead of the scene's."),
         click.option("--stratify/--no-stratify", "stratified", default=None, help="Instead of the scene's."),
         click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True),
-        click.option(
-            "--lenient", is_flag=True, help="Warn of unknown commands in a scene instead of refusing it."
-        ),
-        click.option(
-            "--two-sided", is_flag=True, help="Surfaces reflect at their back too, on both renderers."
-        ),
+        click.option("--lenient", is_flag=True, help="Warn of unknown commands in a scene instead of refusing it."),
+        click.option("--two-sided", is_flag=True, help="Surfaces reflect at their back too, on both renderers."),
     ):
         command = option(command)
     return command
@@ -95,12 +89,8 @@ def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.argument("scenes", metavar="SCENE...", nargs=-1)
 @click.option("--classic", is_flag=True, help="All classic scenes.")
 @_sampling
-@click.option(
-    "--margin", type=float, default=1e-3, show_default=True, help="Relative bias that does not matter."
-)
-@click.option(
-    "--alpha", type=float, default=1e-3, show_default=True, help="False-alarm rate of the whole report."
-)
+@click.option("--margin", type=float, default=1e-3, show_default=True, help="Relative bias that does not matter.")
+@click.option("--alpha", type=float, default=1e-3, show_default=True, help="False-alarm rate of the whole report.")
 @click.option("--timeout", type=float, default=600.0, show_default=True, help="Seconds for one reference.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the pictures and results.json.")
 @click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output).")
@@ -121,9 +111,7 @@ def check(scenes: tuple[str, ...], classic: bool, **options: Any) -> None:
 
 @main.command()
 @click.argument("scene")
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), required=True, help="IMAGE.png, .exr or .npy"
-)
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="IMAGE.png, .exr or .npy")
 @_sampling
 def render(scene: str, output: Path, **options: Any) -> None:
     """Our image of SCENE alone; needs no Mitsuba.
@@ -215,11 +203,7 @@ def shell_command(scene: str, options: dict[str, Any]) -> str:
     defaults = {param.name: param.default for param in check.params}
     for param in check.params:
         value = options.get(str(param.name))
-        if (
-            param.name in ("classic", "out", "target", "scenes")
-            or value is None
-            or value == defaults[param.name]
-        ):
+        if param.name in ("classic", "out", "target", "scenes") or value is None or value == defaults[param.name]:
             continue
         if value is True or value is False:
             words.append(param.opts[0] if value else param.secondary_opts[0])

@@ -29,11 +29,7 @@ def verdict_table(rows: list[dict[str, Any]], alpha: float) -> Table:
         table.add_column(name, justify=justify, no_wrap=name != "expected")  # type: ignore[arg-type]
     for row in rows:
         word = row["verdict"]
-        kind = (
-            f"{row['samples']}{' strat' if row['stratified'] else ''}"
-            if row["estimator"] != "analytic"
-            else ""
-        )
+        kind = f"{row['samples']}{' strat' if row['stratified'] else ''}" if row["estimator"] != "analytic" else ""
         low, high = row["bias_interval"] or (None, None)
         expected = row["course_expected"]
         table.add_row(

@@ -109,9 +109,7 @@ def judge(ours: Image, reference: Reference, *, passes: int, margin: float, leve
             f"the noise rests on fewer than {FEWEST} pixels: more samples would decide",
         )
     one = (ours.first - reference.mean).mean(axis=0)[judged] if judged.any() else np.zeros(1)
-    expected = (
-        (ours.pixel_variance + reference.pixel_standard_error**2)[judged] if judged.any() else np.zeros(1)
-    )
+    expected = (ours.pixel_variance + reference.pixel_standard_error**2)[judged] if judged.any() else np.zeros(1)
     denoised, denoised_interval = denoised_root(one**2 - expected, level.pooled)
     rms = math.sqrt(float((one**2).mean()))
     return Verdict(
@@ -123,9 +121,7 @@ def judge(ours: Image, reference: Reference, *, passes: int, margin: float, leve
         bias_relative=bias.value / scale,
         bias_interval=interval,
         reference_error_relative=_pooled_error(reference) / scale,
-        minimum_detectable_bias=margin
-        + reach
-        + float(stats.norm.isf(1 - POWER)) * bias.standard_error / scale,
+        minimum_detectable_bias=margin + reach + float(stats.norm.isf(1 - POWER)) * bias.standard_error / scale,
         rms=rms,
         rms_relative=rms / scale,
         rms_denoised_relative=denoised / scale,

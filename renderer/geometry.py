@@ -88,8 +88,9 @@ def build_geometry(scene: Scene) -> Geometry:
     a, b, c = (np.hstack([empty, *(triple[k] for triple in corners)]) for k in range(3))
     axes = np.array([e.axes for e in scene.ellipsoids]).reshape(-1, 3, 3)
 
-    def table(name: str) -> Floats:
-        return np.array([getattr(m, name) for m in surfaces], dtype=np.float64).reshape(len(surfaces), -1).T
+    def table(name: str, width: int = 3) -> Floats:
+        values = np.array([getattr(m, name) for m in surfaces], dtype=np.float64)
+        return values.reshape(len(surfaces), width).T
 
     return Geometry(
         a=a,
@@ -104,6 +105,6 @@ def build_geometry(scene: Scene) -> Geometry:
         diffuse=table("diffuse"),
         specular=table("specular"),
         emission=table("emission"),
-        shininess=table("shininess").ravel(),
+        shininess=table("shininess", 1).ravel(),
         light=np.array(light_of, dtype=np.int64),
     )

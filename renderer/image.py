@@ -133,9 +133,7 @@ def _shade(job: Job, tile: Tile, number: int, view: View, needs: Needs) -> Float
     if view.lit.size:
         for source in needs.sources:
             near = source.seen_from(view.points.position)
-            radiance[:, view.lit] += job.estimator(
-                view.points, near, _stream(job, tile, number, source.index)
-            )
+            radiance[:, view.lit] += job.estimator(view.points, near, _stream(job, tile, number, source.index))
     return radiance
 
 

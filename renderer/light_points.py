@@ -68,11 +68,7 @@ def sun_directions(light: SunLight, u: Floats, v: Floats) -> Floats:
     sine = math.sin(light.half_angle) * np.sqrt(u)
     angle = 2 * math.pi * v
     cosine = np.sqrt(1 - sine * sine)
-    return (
-        x[:, :, None] * (sine * np.cos(angle))
-        + y[:, :, None] * (sine * np.sin(angle))
-        + axis[:, :, None] * cosine
-    )
+    return x[:, :, None] * (sine * np.cos(angle)) + y[:, :, None] * (sine * np.sin(angle)) + axis[:, :, None] * cosine
 
 
 def beams(

@@ -149,9 +149,7 @@ def _blockers(geometry: Geometry, light: Light, receivers: Floats) -> Blockers:
     apart |= (high <= 0) & (light_height.max(axis=1) <= slack)[:, None]
     low, high = heights(g.normal[:, lit], g.a[:, lit], blocker)  # over the receivers' planes: (r, k)
     # A light on both sides of a receiver is parted only if the blocker is beyond the lit side of each.
-    lit_height = dot(
-        g.normal[:, lit, None], points[:, None] if at_infinity else points[:, None] - g.a[:, lit, None]
-    )
+    lit_height = dot(g.normal[:, lit, None], points[:, None] if at_infinity else points[:, None] - g.a[:, lit, None])
     lit_slack = plane_bound(g.normal[:, lit], g.a[:, lit], np.hstack((everywhere, points)))
     front = lit_height.max(axis=1) > lit_slack
     back = lit_height.min(axis=1) < -lit_slack
@@ -189,9 +187,7 @@ def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Ne
         blockers = _blockers(geometry, light, receivers)
         kept = blockers.triangles.size + blockers.ellipsoids.size
         if kept == 0:
-            left_out.append(
-                LeftOut(f"shadow rays to {name}", "nothing stands between it and a surface it lights")
-            )
+            left_out.append(LeftOut(f"shadow rays to {name}", "nothing stands between it and a surface it lights"))
         elif kept < total:
             why = "no segment from a surface to the light can cross them"
             left_out.append(LeftOut(f"{total - kept} of {total} blockers of {name}", why))

@@ -135,9 +135,7 @@ def first_hits(geometry: Geometry, origin: Floats, d: Floats, corners: Floats | 
     ellipsoid = np.full(n, -1)
     for index in range(geometry.ellipsoids):
         inverse = geometry.inverse[index]
-        t = _ellipsoid_distance(
-            transform(inverse, origin - geometry.center[:, [index]]), transform(inverse, d)
-        )
+        t = _ellipsoid_distance(transform(inverse, origin - geometry.center[:, [index]]), transform(inverse, d))
         nearer = t < distance
         distance = np.where(nearer, t, distance)
         ellipsoid[nearer] = index

@@ -291,9 +291,7 @@ class QuadLight:
             if max(map(abs, getattr(self, name))) == 0:
                 raise InputError(f"quadLight {name}", getattr(self, name), "an edge that is not zero")
         if _parallel(self.ab, self.ac):
-            raise InputError(
-                "quadLight ac", self.ac, "an edge not parallel to ab (the light would have no area)"
-            )
+            raise InputError("quadLight ac", self.ac, "an edge not parallel to ab (the light would have no area)")
         if not 0 < self.area < math.inf:
             raise InputError("quadLight area", self.area, "an area above 0 and finite in double precision")
 
@@ -450,9 +448,7 @@ class Scene:
         if self.integrator not in INTEGRATORS:
             raise InputError("integrator", self.integrator, " or ".join(INTEGRATORS))
         if self.stratify and math.isqrt(self.light_samples) ** 2 != self.light_samples:
-            raise InputError(
-                "lightsamples", self.light_samples, "a square number (1, 4, 9, ...) with lightstratify on"
-            )
+            raise InputError("lightsamples", self.light_samples, "a square number (1, 4, 9, ...) with lightstratify on")
 
     def with_(self, **changes: Any) -> Scene:
         """A copy with some fields changed."""
@@ -465,9 +461,7 @@ class Scene:
     @property
     def materials(self) -> tuple[Material, ...]:
         """The material of every mesh, then of every ellipsoid."""
-        return *(mesh.material for mesh in self.meshes), *(
-            ellipsoid.material for ellipsoid in self.ellipsoids
-        )
+        return *(mesh.material for mesh in self.meshes), *(ellipsoid.material for ellipsoid in self.ellipsoids)
 
     @property
     def is_glossy(self) -> bool:

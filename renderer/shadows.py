@@ -2,9 +2,9 @@
 
 A triangle blocks the segment from p to q if the two lie strictly on opposite sides of its plane and the
 direction passes inside its three edges (see `watertight`). "Strictly" means beyond the rounding of the plane
-equation itself, a bound that scales with the coordinates: the surface p lies on, its coplanar neighbours and the light's own
-triangles drop out by it, a blocker 1e-12 away from either end does not, and nothing depends on the scene's
-size (1e-6 or 1e9) or place.
+equation itself, a bound that scales with the coordinates: the surface p lies on, its coplanar neighbours and
+the light's own triangles drop out by it, a blocker 1e-12 away from either end does not, and nothing depends
+on the scene's size (1e-6 or 1e9) or place.
 
 An ellipsoid is convex: the one p lies on never blocks a direction above p's horizon.
 """
@@ -68,11 +68,7 @@ class Blockers:
         bound = plane_bound(n, a, points)
         here = dot(n[:, :, None], points[:, None, :] - a[:, :, None])
         there = dot(n[:, :, None], lights[:, None, :] if at_infinity else lights[:, None, :] - a[:, :, None])
-        slack = (
-            PLANE_ULPS * np.abs(n).sum(axis=0) * np.abs(lights).max()
-            if at_infinity
-            else plane_bound(n, a, lights)
-        )
+        slack = PLANE_ULPS * np.abs(n).sum(axis=0) * np.abs(lights).max() if at_infinity else plane_bound(n, a, lights)
         above = (here.min(axis=1, initial=np.inf) >= -bound) & (there.min(axis=1) >= -slack)
         below = (here.max(axis=1, initial=-np.inf) <= bound) & (there.max(axis=1) <= slack)
         return Blockers(g, k[~(above | below)], self.ellipsoids)

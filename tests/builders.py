@@ -46,9 +46,7 @@ def scene(
     return Scene(*size, camera, meshes, ellipsoids, lights, **options)
 
 
-def geometry(
-    *meshes: Mesh, lights: tuple[Light, ...] = (), ellipsoids: tuple[Ellipsoid, ...] = ()
-) -> Geometry:
+def geometry(*meshes: Mesh, lights: tuple[Light, ...] = (), ellipsoids: tuple[Ellipsoid, ...] = ()) -> Geometry:
     """The arrays of such a scene."""
     return build_geometry(scene(*meshes, lights=lights, ellipsoids=ellipsoids))
 

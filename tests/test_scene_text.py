@@ -42,9 +42,7 @@ def test_comments_blanks_plus_signs_and_odd_line_ends() -> None:
 
 
 def test_the_last_setting_wins() -> None:
-    scene = parse(
-        "size 7 8\nspp 2\nspp 3\nlightsamples 2\nlightstratify on\nlightsamples 4\nintegrator analyticdirect"
-    )
+    scene = parse("size 7 8\nspp 2\nspp 3\nlightsamples 2\nlightstratify on\nlightsamples 4\nintegrator analyticdirect")
     assert (scene.width, scene.spp, scene.light_samples, scene.integrator) == (7, 3, 4, "analyticdirect")
 
 
@@ -67,9 +65,7 @@ def test_material_and_transform_are_those_at_the_geometrys_line() -> None:
         "sphere 0 0 0 1\ndiffuse 0 0 0\ntranslate 1 0 0"
     )
     assert scene.meshes[0].material == Material((0.1, 0.2, 0.3))
-    assert scene.ellipsoids == (
-        Ellipsoid.sphere((0, 0, 5), 1, Material((0.1, 0.2, 0.3), (0.4, 0.4, 0.4), 9)),
-    )
+    assert scene.ellipsoids == (Ellipsoid.sphere((0, 0, 5), 1, Material((0.1, 0.2, 0.3), (0.4, 0.4, 0.4), 9)),)
     assert scene.meshes[0].vertices[2].tolist() == [0, 0, 0]
 
 

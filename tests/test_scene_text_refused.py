@@ -142,9 +142,7 @@ def test_an_unknown_command_names_its_column_unless_lenient(line: str) -> None:
     place = f"a.test:{NEXT + line.count(chr(10))}:{3 if line.startswith('#') else 1}"
     assert told(BASE + line) == f"{place}: command = vertx: expected a command of this format (vertex?)"
     (warning,) = parse(line, lenient=True).warnings
-    assert (
-        warning == f"{place}: unknown command = vertx: expected a command of this format (vertex?): ignored"
-    )
+    assert warning == f"{place}: unknown command = vertx: expected a command of this format (vertex?): ignored"
 
 
 @pytest.mark.parametrize("name", sorted(REFUSED))
@@ -229,9 +227,7 @@ def test_deep_stacks_end() -> None:
 
 
 tokens = st.one_of(
-    st.sampled_from(
-        ["0", "1", "2", "-1", "+1.5", "1e308", "-1e-308", "nan", "on", "direct", "#", "1e9", "180"]
-    ),
+    st.sampled_from(["0", "1", "2", "-1", "+1.5", "1e308", "-1e-308", "nan", "on", "direct", "#", "1e9", "180"]),
     st.floats().map(repr),
     st.integers().map(str),
     st.text(max_size=8),

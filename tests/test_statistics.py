@@ -1,0 +1,121 @@
+"""The statistics under a verdict, against slow and obvious versions, on null and on planted data."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from experiments.statistics import TILES, Level, denoised_root, pooled_bias, resting_on, tile_biases
+
+FALSE_ALARM = 1e-6
+
+
+def test_level_splits_the_declared_rate_and_no_more():
+    level = Level(1e-3, rows=11)
+    spent = 11 * (level.pooled + TILES**2 * level.tile + level.rest)
+    assert spent == pytest.approx(1e-3, rel=1e-12)
+
+
+def test_pooled_bias_is_the_mean_with_both_sides_noise():
+    rng = np.random.default_rng(0)
+    difference, noise, passes = rng.normal(size=500), rng.random(500), rng.normal(size=32)
+    bias = pooled_bias(difference, noise, passes)
+    a = sum(noise.tolist()) / 500**2
+    b = sum((x - passes.mean()) ** 2 for x in passes) / 31 / 32
+    assert bias.value == pytest.approx(sum(difference.tolist()) / 500, rel=1e-12)
+    assert bias.standard_error == pytest.approx(math.sqrt(a + b), rel=1e-12)
+    freedom = (a + b) ** 2 / (a**2 / resting_on(noise) + b**2 / 31)
+    assert bias.freedom == pytest.approx(freedom, rel=1e-12)
+
+
+def test_without_noise_the_interval_has_no_width():
+    bias = pooled_bias(np.full(10, 0.5), np.zeros(10), np.array([1.0]))
+    assert (bias.value, bias.standard_error, bias.half_width(1e-6)) == (0.5, 0.0, 0.0)
+
+
+def test_noise_on_one_pixel_rests_on_one_pixel():
+    assert resting_on(np.ones(100)) == pytest.approx(100)
+    assert resting_on(np.eye(1, 100)[0]) == pytest.approx(1)
+    assert resting_on(np.zeros(7)) == 7
+    assert resting_on(np.full(9, 1e-300)) == pytest.approx(9)  # squares would vanish
+
+
+def simulate(rng, reports: int, pixels: int, passes: int, bias: float = 0.0):
+    """Null reports: our pixels' noise known from their own passes, the reference's from its own."""
+    inside = 0
+    sigma = rng.gamma(2.0, 0.5, pixels)
+    for _ in range(reports):
+        mine = rng.normal(size=(4, pixels)) * sigma
+        theirs = rng.normal(size=(passes, pixels)) * sigma
+        difference = mine.mean(axis=0) - theirs.mean(axis=0) + bias
+        found = pooled_bias(difference, mine.var(axis=0, ddof=1) / 4, theirs.mean(axis=1))
+        inside += abs(found.value) <= found.half_width(0.05)
+    return inside
+
+
+def test_intervals_cover_as_often_as_they_say():
+    """2000 null reports at 5 %: binomial two-sided bounds at 1e-6."""
+    covered = simulate(np.random.default_rng(3), 2000, 200, 32)
+    low, high = stats.binom.ppf([FALSE_ALARM / 2, 1 - FALSE_ALARM / 2], 2000, 0.95)
+    assert low <= covered <= high
+
+
+def test_intervals_miss_a_planted_bias():
+    assert simulate(np.random.default_rng(3), 200, 200, 32, bias=0.3) < 100
+
+
+def test_tiles_are_the_means_of_their_pixels():
+    rng = np.random.default_rng(1)
+    difference, noise = rng.normal(size=(2, 37, 50))
+    noise = noise**2
+    judged = rng.random((37, 50)) < 0.7
+    judged[:5, :7] = False  # the first tile has no pixel
+    tiles = tile_biases(difference, noise, judged, 1e-12)
+    for i in range(TILES):
+        for j in range(TILES):
+            cell = np.zeros((37, 50), dtype=bool)
+            rows = [y for y in range(37) if y * TILES // 37 == i]
+            columns = [x for x in range(50) if x * TILES // 50 == j]
+            cell[np.ix_(rows, columns)] = True
+            cell &= judged
+            if not cell.any():
+                assert np.isnan(tiles.bias[i, j])
+                continue
+            assert tiles.bias[i, j] == pytest.approx(difference[cell].mean(), rel=1e-12)
+            assert tiles.error[i, j] == pytest.approx(math.sqrt(noise[cell].sum()) / cell.sum(), rel=1e-12)
+
+
+def test_null_tiles_have_uniform_p_values_and_a_planted_one_fails():
+    rng = np.random.default_rng(5)
+    noise = np.full((160, 160), 4.0)
+    difference = rng.normal(size=(160, 160)) * 2
+    tiles = tile_biases(difference, noise, np.ones((160, 160), dtype=bool), 0.0)
+    assert stats.kstest(tiles.p.ravel(), "uniform").pvalue > FALSE_ALARM
+    assert tiles.failing(1e-6, 0.0) == 0
+    difference[20:40, 60:80] += 1.0
+    planted = tile_biases(difference, noise, np.ones((160, 160), dtype=bool), 0.0)
+    assert planted.failing(1e-6, 0.0) == 1
+    assert planted.failing(1e-6, 2.0) == 0  # inside a declared margin
+
+
+def test_exact_tiles_have_no_p_value_and_still_can_fail():
+    difference = np.zeros((16, 16))
+    difference[0, 0] = 1.0
+    tiles = tile_biases(difference, np.zeros((16, 16)), np.ones((16, 16), dtype=bool), 1e-6)
+    assert np.isnan(tiles.p).all()
+    assert tiles.failing(1e-6, 0.1) == 1
+
+
+def test_denoised_root_finds_the_error_under_the_noise():
+    rng = np.random.default_rng(2)
+    error = rng.normal(size=40_000) * 0.5
+    seen = error + rng.normal(size=40_000) * 2
+    value, (low, high) = denoised_root(seen**2 - 4.0, 1e-6)
+    assert low < 0.5 < high
+    assert value == pytest.approx(0.5, abs=0.2)
+    clean, (floor, _) = denoised_root(rng.normal(size=40_000) ** 2 * 4 - 4.0, 1e-6)
+    assert floor == 0
+    assert clean < 0.2
