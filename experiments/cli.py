@@ -205,8 +205,10 @@ def shell_command(scene: str, options: dict[str, Any]) -> str:
         value = options.get(str(param.name))
         if param.name in ("classic", "out", "target", "scenes") or value is None or value == defaults[param.name]:
             continue
-        if value is True or value is False:
-            words.append(param.opts[0] if value else param.secondary_opts[0])
+        if value is True:
+            words.append(param.opts[0])
+        elif value is False:
+            words += param.secondary_opts
         else:
             words += [param.opts[0], str(value)]
     return shlex.join(words)

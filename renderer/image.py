@@ -182,8 +182,8 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
             u, v = _stream(job, tile, number, -1).random((2, n, scene.spp)) - 0.5
             view = look(scene, geometry, (x[:, None] + u).ravel(), (y[:, None] + v).ravel())
         radiance = _shade(job, tile, number, view, needs).reshape(3, n, -1).mean(axis=2)
-        emitter += view.emitter.reshape(n, -1).mean(axis=1) / passes
-        background += view.background.reshape(n, -1).mean(axis=1) / passes
+        emitter += view.emitter.reshape(n, -1).mean(axis=1)
+        background += view.background.reshape(n, -1).mean(axis=1)
         back |= view.back.reshape(n, -1).any(axis=1)
         values = radiance, radiance.mean(axis=0), 255 * np.clip(radiance, 0, 1)
         pixels.append(values[1])
@@ -192,6 +192,7 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
         else:
             for moment, value in zip(moments, values, strict=True):
                 moment.add(value)
+    emitter, background = emitter / passes, background / passes  # at the end: whole shares stay 0 or 1
     colours, averages, levels = moments
     shaded = (emitter == 0) & (background == 0)
     return {

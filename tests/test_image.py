@@ -61,6 +61,8 @@ def test_variance_is_that_of_the_passes():
     np.testing.assert_allclose(both.variance, (both.first - other) ** 2 / 2, rtol=1e-9, atol=1e-18)
     gap = (both.first - other).mean(axis=0)
     np.testing.assert_allclose(both.pixel_variance, gap**2 / 2, rtol=1e-9, atol=1e-18)
+    many = render(s, Area(samples=1), seed=1, passes=7)
+    assert set(np.unique(many.background)) <= {0.0, 1.0}
     means = [both.first.mean(axis=0)[both.shaded].mean(), other.mean(axis=0)[both.shaded].mean()]
     np.testing.assert_allclose(both.pass_means, means, rtol=1e-12)
 

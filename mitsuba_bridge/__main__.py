@@ -1,0 +1,53 @@
+"""`python -m mitsuba_bridge render SCENE.xml -o IMAGE`: Mitsuba, with the Phong surface registered first."""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from .child import ReferenceUnavailable
+from .llvm import backend
+from .reference import ask
+
+
+def main() -> int:
+    """Render an exported scene with Mitsuba's own film; status 4 if Mitsuba cannot."""
+    parser = argparse.ArgumentParser(prog="python -m mitsuba_bridge", description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True)
+    render = commands.add_parser("render", help="render an exported scene")
+    render.add_argument("scene", type=Path)
+    render.add_argument("-o", "--output", type=Path, required=True, help="IMAGE.exr or IMAGE.npy")
+    render.add_argument("--samples", type=int, default=64)
+    render.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    if not arguments.scene.is_file():
+        parser.error(f"scene = {arguments.scene}: expected an XML file")
+    if arguments.output.suffix not in (".exr", ".npy"):
+        parser.error(f"output = {arguments.output}: expected a name that ends in .exr or .npy")
+    job = {
+        "task": "image",
+        "file": str(arguments.scene.resolve()),
+        "output": arguments.output.suffix,
+        "samples": arguments.samples,
+        "seed": arguments.seed,
+    }
+    try:
+        with tempfile.TemporaryDirectory(prefix="nusselt-") as folder:
+            arrays, _ = ask(job, Path(folder), backend(), 3600.0)
+            made = Path(folder) / f"image{arguments.output.suffix}"
+            if arguments.output.suffix == ".npy":
+                np.save(made, arrays["image"], allow_pickle=False)
+            shutil.move(made, arguments.output)
+    except ReferenceUnavailable as problem:
+        print(f"mitsuba_bridge: {problem}", file=sys.stderr)
+        return 4
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

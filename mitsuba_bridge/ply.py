@@ -1,0 +1,26 @@
+"""Binary PLY without normals: with them Mitsuba shades an emitter by the interpolated normal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.vectors import Floats
+
+
+def write_ply(path: Path, vertices: Floats, triangles: NDArray[np.integer[Any]]) -> None:
+    """Write triangles (3, t) over vertices (3, v); float32, as Mitsuba reads them."""
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {vertices.shape[1]}\nproperty float x\nproperty float y\nproperty float z\n"
+        f"element face {triangles.shape[1]}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    faces = np.empty(triangles.shape[1], dtype=[("count", "u1"), ("index", "<i4", 3)])
+    faces["count"], faces["index"] = 3, triangles.T
+    with path.open("wb") as stream:
+        stream.write(header.encode("ascii"))
+        stream.write(np.ascontiguousarray(vertices.T, dtype="<f4").tobytes())
+        stream.write(faces.tobytes())

@@ -1,0 +1,181 @@
+"""The reference: what Mitsuba's `direct` integrator says of a scene, with its standard error."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import time
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from renderer.scene import Scene
+from renderer.vectors import Floats
+
+from .child import ReferenceUnavailable, run_child
+from .description import describe
+from .llvm import Backend, backend
+
+PASSES = 32
+"""Fewest passes of a light with noise: below, a t quantile at a report's level costs too much."""
+
+__all__ = ["GlossyNeedsLLVM", "Reference", "ReferenceUnavailable", "render_reference"]
+
+
+class GlossyNeedsLLVM(ReferenceUnavailable):
+    """A glossy scene where only scalar_rgb runs: its Python surface is too slow there to judge by."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A reference image.
+
+    Parameters
+    ----------
+    mean, standard_error : (3, h, w) float64
+        Radiance and its standard error.
+    pixel_standard_error : (h, w) float64
+        Of the average of the channels.
+    emitter, background : (h, w) float64
+        Share of camera rays that hit a light, or nothing.
+    pass_means : (r,) float64
+        Mean over the shaded pixels of the channels' average, pass by pass; one value where nothing is random.
+    samples, passes : int
+        Largest number of samples per pixel and light, and of passes.
+    renderer, version, variant, llvm : str
+        What made it.
+    notes : tuple of str
+        What is approximate about it.
+    seconds : dict
+        Everything that comes from a clock.
+    """
+
+    mean: Floats
+    standard_error: Floats
+    pixel_standard_error: Floats
+    emitter: Floats
+    background: Floats
+    pass_means: Floats
+    samples: int
+    passes: int
+    renderer: str
+    version: str
+    variant: str
+    llvm: str | None
+    notes: tuple[str, ...]
+    seconds: dict[str, Any]
+
+
+def ask(
+    job: dict[str, Any],
+    folder: Path,
+    running: Backend,
+    timeout: float,
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[dict[str, Floats], dict[str, Any]]:
+    """Have a child do a job: its arrays, and what it ran with.
+
+    Raises
+    ------
+    ReferenceUnavailable
+        If it fails, or its arrays cannot be read.
+    """
+    job_file, out_file = folder / "job.json", folder / "out.npz"
+    job_file.write_text(json.dumps({**job, "variant": running.variant}), encoding="utf-8")
+    arguments = ["-m", "mitsuba_bridge.worker", str(job_file), str(out_file)]
+    told = run_child(arguments, running.llvm, timeout, progress)
+    try:
+        with np.load(out_file, allow_pickle=False) as archive:
+            arrays = {name: np.asarray(archive[name], dtype=np.float64) for name in archive.files}
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        raise ReferenceUnavailable(f"Mitsuba's process gave no arrays ({error})") from error
+    if not {"version", "variant", "seconds"} <= told.keys():
+        raise ReferenceUnavailable("Mitsuba's process did not say what it ran with")
+    return arrays, told
+
+
+def render_reference(
+    scene: Scene,
+    *,
+    seed: int,
+    target_relative_se: float,
+    max_samples: int,
+    timeout: float,
+    passes: int = PASSES,
+    progress: Callable[[int, int], None] | None = None,
+    running: Backend | None = None,
+    normalise: bool = True,
+) -> Reference:
+    """Render a scene with Mitsuba's `direct` integrator at our pixels.
+
+    Parameters
+    ----------
+    seed : int
+        Root of every pass's seed.
+    target_relative_se : float
+        Standard error to reach of the mean over shaded pixels, relative to it.
+    max_samples : int
+        Per pixel and light.
+    timeout : float
+        Seconds.
+    passes : int
+        Fewest passes of a light with noise.
+    running : Backend, optional
+        Instead of the one found.
+    normalise : bool
+        See `describe`.
+
+    Raises
+    ------
+    ReferenceUnavailable
+        If Mitsuba cannot run here, fails, or gives something that is not an image of the scene.
+    """
+    running = running or backend()
+    if scene.is_glossy and running.variant == "scalar_rgb":
+        raise GlossyNeedsLLVM(f"a glossy scene needs Mitsuba's LLVM variant: {running.sentence}")
+    started = time.perf_counter()
+    with tempfile.TemporaryDirectory(prefix="nusselt-") as name:
+        folder = Path(name)
+        description = describe(scene, folder, normalise=normalise)
+        job = {
+            "task": "reference",
+            "description": description.as_json(),
+            "seed": seed,
+            "target": target_relative_se,
+            "passes": passes,
+            "max_samples": max_samples,
+        }
+        arrays, told = ask(job, folder, running, timeout, progress)
+    _check(arrays, scene)
+    return Reference(
+        **{k: arrays[k] for k in SHAPES},
+        pass_means=arrays["pass_means"],
+        samples=int(arrays["samples"]),
+        passes=int(arrays["passes"]),
+        renderer="mitsuba",
+        version=str(told["version"]),
+        variant=str(told["variant"]),
+        llvm=None if told.get("llvm") is None else str(told["llvm"]),
+        notes=(running.sentence, *description.notes),
+        seconds={**told["seconds"], "whole": time.perf_counter() - started},
+    )
+
+
+SHAPES = {"mean": 3, "standard_error": 3, "pixel_standard_error": 0, "emitter": 0, "background": 0}
+"""Channels of each image, 0 for a plane."""
+
+
+def _check(arrays: dict[str, Floats], scene: Scene) -> None:
+    plane = (scene.height, scene.width)
+    for name, channels in SHAPES.items():
+        shape = (channels, *plane) if channels else plane
+        if name not in arrays or arrays[name].shape != shape:
+            raise ReferenceUnavailable(f"Mitsuba's process gave no {name} of shape {shape}")
+        if not np.isfinite(arrays[name]).all():
+            raise ReferenceUnavailable(f"Mitsuba's {name} is not finite everywhere")
+    if not {"pass_means", "samples", "passes"} <= arrays.keys():
+        raise ReferenceUnavailable("Mitsuba's process did not say how it sampled")

@@ -1,0 +1,152 @@
+"""The reference image, in the child: one light at a time, in independent passes, added in float64.
+
+Mitsuba's `direct` picks one light per sample, which adds noise; alone, each light is cheaper and its passes can
+be sized to its own noise. The other lights' bodies stay as black blockers. Pixels that show a light or nothing
+take one sample: they have no noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from .passes import Array, Camera, one_pass, shares
+from .scene_dict import scene_dict
+from .sizing import SIZES, Plan, pilot, plan
+
+BOX_SAMPLES = 1024
+"""Rays a pixel's box is classified with."""
+
+Progress = Callable[[int, int], None]
+
+
+def _stream(seed: int, light: int, stage: int, number: int) -> int:
+    """A random 32-bit seed of its own for every pass: consecutive ones give shifted copies in some samplers."""
+    return int(np.random.SeedSequence([seed, light, stage, number]).generate_state(1)[0])
+
+
+def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Array]:
+    """All arrays of a reference; see `Reference` for their meaning."""
+    description, seed = job["description"], job["seed"]
+    width, height = description["camera"]["width"], description["camera"]["height"]
+    # Unoptimised: loading merges meshes of one material, and their names with them.
+    dark = mi.load_dict(scene_dict(description, folder, None), optimize=False)
+    camera = Camera(dark, width, height, description["boxed"])
+    rays = BOX_SAMPLES if description["boxed"] else 1
+    fronts, hits = shares(dark, camera, width * height, rays, _stream(seed, 0, 0, 0))
+    emitter = sum((hits[name] for name in hits if name.startswith("light")), np.zeros(width * height))
+    background = 1 - sum(hits.values(), np.zeros(width * height))
+    background[np.abs(background) < 1e-9] = 0
+    shaded = (
+        np.flatnonzero((emitter < 1) & (background < 1))
+        if description["boxed"]
+        else np.flatnonzero((emitter == 0) & (background == 0))
+    )
+    plain = np.setdiff1d(np.arange(width * height), shaded)
+    lit = [_Lit(job, folder, camera, number, shaded) for number in range(len(description["lights"]))]
+    plans = _plans(lit, job, shaded.size)
+    total, done = sum(p.passes for p in plans), 0
+    mean, variance = np.zeros((3, width * height)), np.zeros((3, width * height))
+    pixel_variance = np.zeros(width * height)
+    passes = max((p.passes for p in plans), default=1)
+    judged = (emitter == 0) & (background == 0)
+    pass_means = np.zeros(job["passes"] if any(p.passes > 2 for p in plans) else 1)
+    for light, plan_ in zip(lit, plans, strict=True):
+        groups: list[list[float]] = [[] for _ in range(pass_means.size)]
+        moments = _Moments(shaded.size)
+        for number in range(plan_.passes):
+            image = light.run(plan_.samples, number, stage=2)
+            moments.add(image)
+            value = image.mean(axis=0)[judged[shaded]]
+            groups[number % pass_means.size].append(float(value.mean()) if value.size else 0.0)
+            done += 1
+            progress(done, total)
+        mean[:, shaded] += moments.mean
+        variance[:, shaded] += moments.variance / plan_.passes
+        pixel_variance[shaded] += moments.pixel_variance / plan_.passes
+        everything = [value for group in groups for value in group]
+        pass_means += [np.mean(group) if group else np.mean(everything) for group in groups]
+        if plain.size:
+            mean[:, plain] += one_pass(light.scene, camera, plain, 1, _stream(seed, light.number, 3, 0))
+    for number, shape in enumerate(description["shapes"]):
+        # An ordinary surface's emission is seen, and lights nothing: added by what the camera hits.
+        mean += np.array(shape["emission"])[:, None] * fronts[f"shape{number}"]
+    square = (3, height, width)
+    return {
+        "mean": mean.reshape(square),
+        "standard_error": np.sqrt(variance).reshape(square),
+        "pixel_standard_error": np.sqrt(pixel_variance).reshape(height, width),
+        "emitter": emitter.reshape(height, width),
+        "background": background.reshape(height, width),
+        "pass_means": pass_means,
+        "samples": np.array(max((p.samples * p.passes for p in plans), default=1)),
+        "passes": np.array(passes),
+    }
+
+
+class _Lit:
+    """The scene with one light on."""
+
+    def __init__(self, job: dict[str, Any], folder: Path, camera: Camera, number: int, shaded: Array) -> None:
+        self.scene = mi.load_dict(scene_dict(job["description"], folder, number))
+        self.camera, self.number, self.shaded, self.seed = camera, number, shaded, job["seed"]
+
+    def run(self, samples: int, number: int, stage: int) -> Array:
+        seed = _stream(self.seed, self.number, stage, number)
+        return one_pass(self.scene, self.camera, self.shaded, samples, seed)
+
+
+class _Moments:
+    """Mean and variance over passes (3, n), from differences to the first."""
+
+    def __init__(self, count: int) -> None:
+        self.count = 0
+        self.first = self.total = self.square = np.zeros((3, count))
+        self.pixel_square = np.zeros(count)
+
+    def add(self, image: Array) -> None:
+        if self.count == 0:
+            self.first = image
+        step = image - self.first
+        self.total = self.total + step
+        self.square = self.square + step * step
+        self.pixel_square = self.pixel_square + step.mean(axis=0) ** 2
+        self.count += 1
+
+    @property
+    def mean(self) -> Array:
+        return self.first + self.total / self.count
+
+    @property
+    def variance(self) -> Array:
+        return np.maximum(self.square - self.total**2 / self.count, 0) / max(self.count - 1, 1)
+
+    @property
+    def pixel_variance(self) -> Array:
+        mean = self.total.mean(axis=0)
+        return np.maximum(self.pixel_square - mean**2 / self.count, 0) / max(self.count - 1, 1)
+
+
+def _plans(lit: list[_Lit], job: dict[str, Any], pixels: int) -> list[Plan]:
+    """Each noisy light gets an equal share of the variance the pooled mean may have."""
+    if pixels == 0:
+        return [Plan(1, 1) for _ in lit]
+    pilots = [
+        pilot(lambda samples, number, light=light: light.run(samples, number, stage=1), SIZES[0]) for light in lit
+    ]
+    noisy = sum(p.variance > 0 for p in pilots)
+    allowed = (job["target"] * sum(p.mean for p in pilots)) ** 2 / max(noisy, 1)
+    return [
+        plan(
+            lambda samples, number, light=light: light.run(samples, number, stage=4),
+            first,
+            allowed,
+            job["passes"],
+            job["max_samples"],
+        )
+        for light, first in zip(lit, pilots, strict=True)
+    ]

@@ -1,0 +1,120 @@
+"""A description as Mitsuba XML text; needs no Mitsuba.
+
+Matrices are written with 17 digits, and not taken apart: Mitsuba's own writer decomposes them and loses bits.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+from .description import Description
+
+Lines = list[str]
+
+
+def _number(value: float) -> str:
+    return repr(float(value))
+
+
+def _tag(kind: str, name: str, value: str) -> str:
+    return f"<{kind} name={quoteattr(name)} value={quoteattr(value)}/>"
+
+
+def _rgb(name: str, value: list[float]) -> str:
+    return _tag("rgb", name, " ".join(map(_number, value)))
+
+
+def _matrix(rows: list[list[float]]) -> str:
+    values = " ".join(_number(v) for row in rows for v in row)
+    return f'<transform name="to_world"><matrix value={quoteattr(values)}/></transform>'
+
+
+def _point(kind: str, name: str, value: list[float]) -> str:
+    x, y, z = (quoteattr(_number(v)) for v in value)
+    return f"<{kind} name={quoteattr(name)} x={x} y={y} z={z}/>"
+
+
+def _bsdf(bsdf: dict[str, Any], number: int, two_sided: bool) -> Lines:
+    name = f"id={quoteattr(f'bsdf{number}')}"
+    if bsdf["kind"] == "diffuse":
+        inside = [_rgb("reflectance", bsdf["reflectance"])]
+    else:
+        inside = [_rgb("kd", bsdf["kd"]), _rgb("ks", bsdf["ks"]), _tag("float", "exponent", _number(bsdf["exponent"]))]
+    kind = quoteattr(bsdf["kind"])
+    if two_sided:
+        return [f'<bsdf type="twosided" {name}>', f"<bsdf type={kind}>", *inside, "</bsdf>", "</bsdf>"]
+    return [f"<bsdf type={kind} {name}>", *inside, "</bsdf>"]
+
+
+BLACK = ['<bsdf type="diffuse"><rgb name="reflectance" value="0 0 0"/></bsdf>']
+
+
+def _shape(shape: dict[str, Any], number: int) -> Lines:
+    if shape["kind"] == "ply":
+        inside = [_tag("string", "filename", shape["file"]), _tag("boolean", "face_normals", "true")]
+    else:
+        inside = [_point("point", "center", shape["center"]), _tag("float", "radius", _number(shape["radius"]))]
+    bsdf = shape["bsdf"]
+    surface = f'<ref id="bsdf{bsdf}"/>'
+    return [f"<shape type={quoteattr(shape['kind'])} id={quoteattr(f'shape{number}')}>", *inside, surface, "</shape>"]
+
+
+def _light(light: dict[str, Any], number: int) -> Lines:
+    name, kind = f"id={quoteattr(f'light{number}')}", quoteattr(light["kind"])
+    if light["kind"] in ("rectangle", "disk"):
+        emitter = ['<emitter type="area">', _rgb("radiance", light["radiance"]), "</emitter>"]
+        return [f"<shape type={kind} {name}>", _matrix(light["to_world"]), *BLACK, *emitter, "</shape>"]
+    if light["kind"] == "point":
+        inside = [_point("point", "position", light["position"]), _rgb("intensity", light["intensity"])]
+    else:
+        inside = [_point("vector", "direction", light["direction"]), _rgb("irradiance", light["irradiance"])]
+    return [f"<emitter type={kind} {name}>", *inside, "</emitter>"]
+
+
+def _sensor(camera: dict[str, Any], samples: int) -> Lines:
+    def triple(name: str) -> str:
+        return quoteattr(", ".join(map(_number, camera[name])))
+
+    look_at = f"<lookat origin={triple('origin')} target={triple('target')} up={triple('up')}/>"
+    return [
+        '<sensor type="perspective">',
+        _tag("float", "fov", _number(camera["fov"])),
+        _tag("string", "fov_axis", "y"),
+        _tag("float", "near_clip", _number(camera["near"])),
+        _tag("float", "far_clip", _number(camera["far"])),
+        f'<transform name="to_world">{look_at}</transform>',
+        f'<sampler type="independent"><integer name="sample_count" value="{samples}"/></sampler>',
+        '<film type="hdrfilm">',
+        _tag("integer", "width", str(camera["width"])),
+        _tag("integer", "height", str(camera["height"])),
+        _tag("string", "component_format", "float32"),
+        _tag("string", "pixel_format", "rgb"),
+        '<rfilter type="box"/>',
+        "</film>",
+        "</sensor>",
+    ]
+
+
+def to_xml(description: Description, samples: int = 64) -> str:
+    """The whole scene, all lights on, with ``samples`` a pixel."""
+    if any(max(shape["emission"]) > 0 for shape in description.shapes):
+        remark = ["<!-- Emission of ordinary surfaces is seen and lights nothing; it is not in this file. -->"]
+    else:
+        remark = []
+    direct = [_tag("integer", "emitter_samples", "1"), _tag("integer", "bsdf_samples", "0")]
+    lines = [
+        '<scene version="3.0.0">',
+        *remark,
+        '<integrator type="direct">',
+        *direct,
+        "</integrator>",
+        *_sensor(description.camera, samples),
+    ]
+    for number, bsdf in enumerate(description.bsdfs):
+        lines += _bsdf(bsdf, number, description.two_sided)
+    for number, shape in enumerate(description.shapes):
+        lines += _shape(shape, number)
+    for number, light in enumerate(description.lights):
+        lines += _light(light, number)
+    return "\n".join([*lines, "</scene>", ""])
