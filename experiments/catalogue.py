@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from renderer.errors import InputError
 from renderer.scene import Scene
-from renderer.scene_reader import read_scene
+from renderer.scene_text import read_scene
 
 FOLDER = Path(__file__).parent / "scenes"
 
@@ -27,11 +28,13 @@ CLASSIC = (
 
 
 def summary(name: str) -> str:
-    """What a classic scene shows: the first comment line of its file."""
+    """What a classic scene shows: the first sentence of its file's opening comment."""
+    words = []
     for line in (FOLDER / f"{name}.test").read_text(encoding="utf-8").splitlines():
-        if line.startswith("#"):
-            return line.lstrip("# ").strip()
-    return ""
+        if not line.startswith("#"):
+            break
+        words.append(line.lstrip("# ").strip())
+    return re.split(r"[.:](?:\s|$)", " ".join(words))[0]
 
 
 def load(name: str, lenient: bool = False) -> Scene:

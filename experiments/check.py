@@ -152,7 +152,7 @@ def our_image(
 
 def _passes(pilot: Image, target: float) -> int:
     """Passes that bring the pooled relative standard error to the target."""
-    shaded = pilot.shaded
+    shaded = pilot.shaded & np.isfinite(pilot.pixel_variance)
     mean = float(np.abs(pilot.mean).mean(axis=0)[shaded].mean()) if shaded.any() else 0.0
     if mean == 0:
         return PILOT

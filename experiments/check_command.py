@@ -8,8 +8,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-
 from renderer.errors import InputError
 from renderer.scene import Scene
 
@@ -18,7 +16,7 @@ from .check import Question, References, check
 from .pictures import write_pictures
 from .results import document, exit_code, write_json
 from .statistics import Level
-from .tables import left_out_table, verdict_table
+from .tables import console, left_out_table, verdict_table
 from .workers import worker_pool
 
 
@@ -70,7 +68,7 @@ def run_check(
     target = options["target"] or (str(out / "results.json") if out else None)
     rows: list[dict[str, Any]] = []
     references = References()
-    table = Console(stderr=target == "-", highlight=False)
+    table = console(stderr=target == "-")
 
     def save() -> None:
         if target and target != "-":
@@ -93,7 +91,7 @@ def run_check(
             save()
     if target == "-":
         write_json(document(rows, alpha=question.level.alpha), target)
-    table.print(verdict_table(rows, question.level.alpha))
+    table.print(verdict_table(rows, question.level.alpha, table.width))
     table.print(left_out_table(rows))
     for row in rows:
         if row["verdict"] != "agrees":

@@ -167,20 +167,21 @@ def doctor() -> None:
     from mitsuba_bridge.llvm import backend_report
 
     from .results import machine, package_versions
+    from .tables import console
 
-    console = Console(highlight=False)
+    told = console()
     for name, value in machine().items():
-        console.print(f"{name:20} {value}", markup=False)
+        told.print(f"{name:20} {value}", markup=False)
     missing = []
     for package, version in package_versions().items():
-        console.print(f"{package:20} {version or 'missing'}", markup=False)
+        told.print(f"{package:20} {version or 'missing'}", markup=False)
         if version is None:
             missing.append(package)
     ready, lines = backend_report()
     for line in lines:
-        console.print(line, markup=False)
+        told.print(line, markup=False)
     for package in missing:
-        console.print(f"missing: {package}; mend with: pip install {package}", markup=False)
+        told.print(f"missing: {package}; mend with: pip install {package}", markup=False)
     sys.exit(EXIT["as claimed"] if ready else EXIT["no reference"])
 
 

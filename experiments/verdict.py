@@ -85,7 +85,7 @@ def judge(ours: Image, reference: Reference, *, passes: int, margin: float, leve
     level : Level
         False-alarm rate.
     """
-    finite = np.isfinite(ours.mean).all(axis=0)
+    finite: Bools = np.asarray(np.isfinite(ours.mean).all(axis=0))
     judged = _shaded(ours, reference) & finite & ~ours.unjudged
     difference = (ours.mean - reference.mean).mean(axis=0)
     noise = ours.pixel_variance / passes

@@ -58,7 +58,7 @@ def make_sampler(seed: int, pixels: int, samples: int) -> Any:
 def one_pass(scene: Any, camera: Camera, pixels: Array, samples: int, seed: int) -> Array:
     """Mean radiance (3, n) float64 of one pass over the pixels (n,)."""
     direct = integrator()
-    wide = dr.float64_array_t(mi.Float)
+    wide: Any = dr.float64_array_t(mi.Float)
     out = np.empty((3, pixels.size))
     step = max(1, WAVEFRONT // samples)
     seeds = np.random.SeedSequence(seed).generate_state(1 + (pixels.size - 1) // step)

@@ -18,7 +18,7 @@ NAME = "modified_phong"
 def register() -> type:
     """Make the surface known to the current variant; returns its class."""
 
-    class ModifiedPhong(mi.BSDF):  # type: ignore[misc]
+    class ModifiedPhong(mi.BSDF):
         def __init__(self, props: Any) -> None:
             super().__init__(props)
             self.kd = props.get_unbounded_texture("kd", 0.5)
@@ -66,7 +66,7 @@ def register() -> type:
             sin_phi, cos_phi = dr.sincos(2 * dr.pi * sample2.x)
             mirror = mi.Frame3f(mi.Vector3f(-si.wi.x, -si.wi.y, si.wi.z))
             around = mirror.to_world(mi.Vector3f(cos_phi * sine, sin_phi * sine, cosine))
-            bs = mi.BSDFSample3f()
+            bs: Any = mi.BSDFSample3f()
             bs.wo = dr.select(glossy, around, mi.warp.square_to_cosine_hemisphere(sample2))
             bs.eta = 1.0
             bs.sampled_component = dr.select(glossy, mi.UInt32(1), mi.UInt32(0))

@@ -90,7 +90,7 @@ def ask(
     told = run_child(arguments, running.llvm, timeout, progress)
     try:
         with np.load(out_file, allow_pickle=False) as archive:
-            arrays = {name: np.asarray(archive[name], dtype=np.float64) for name in archive.files}
+            arrays: dict[str, Floats] = {k: np.asarray(archive[k], dtype=np.float64) for k in archive.files}
     except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
         raise ReferenceUnavailable(f"Mitsuba's process gave no arrays ({error})") from error
     if not {"version", "variant", "seconds"} <= told.keys():

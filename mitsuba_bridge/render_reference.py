@@ -16,7 +16,7 @@ import numpy as np
 
 from .passes import Array, Camera, one_pass, shares
 from .scene_dict import scene_dict
-from .sizing import SIZES, Plan, pilot, plan
+from .sizing import SIZES, OnePass, Plan, pilot, plan
 
 BOX_SAMPLES = 1024
 """Rays a pixel's box is classified with."""
@@ -95,6 +95,10 @@ class _Lit:
         self.scene = mi.load_dict(scene_dict(job["description"], folder, number))
         self.camera, self.number, self.shaded, self.seed = camera, number, shaded, job["seed"]
 
+    def staged(self, stage: int) -> OnePass:
+        """Passes with the random numbers of one stage (pilots share none with what is kept)."""
+        return lambda samples, number: self.run(samples, number, stage)
+
     def run(self, samples: int, number: int, stage: int) -> Array:
         seed = _stream(self.seed, self.number, stage, number)
         return one_pass(self.scene, self.camera, self.shaded, samples, seed)
@@ -135,18 +139,10 @@ def _plans(lit: list[_Lit], job: dict[str, Any], pixels: int) -> list[Plan]:
     """Each noisy light gets an equal share of the variance the pooled mean may have."""
     if pixels == 0:
         return [Plan(1, 1) for _ in lit]
-    pilots = [
-        pilot(lambda samples, number, light=light: light.run(samples, number, stage=1), SIZES[0]) for light in lit
-    ]
+    pilots = [pilot(light.staged(1), SIZES[0]) for light in lit]
     noisy = sum(p.variance > 0 for p in pilots)
     allowed = (job["target"] * sum(p.mean for p in pilots)) ** 2 / max(noisy, 1)
     return [
-        plan(
-            lambda samples, number, light=light: light.run(samples, number, stage=4),
-            first,
-            allowed,
-            job["passes"],
-            job["max_samples"],
-        )
+        plan(light.staged(4), first, allowed, job["passes"], job["max_samples"])
         for light, first in zip(lit, pilots, strict=True)
     ]

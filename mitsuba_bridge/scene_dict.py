@@ -20,6 +20,7 @@ def _matrix(rows: list[list[float]]) -> Any:
 
 def bsdf_dict(bsdf: dict[str, Any], two_sided: bool) -> dict[str, Any]:
     """One surface."""
+    found: dict[str, Any]
     if bsdf["kind"] == "diffuse":
         found = {"type": "diffuse", "reflectance": _rgb(bsdf["reflectance"])}
     else:

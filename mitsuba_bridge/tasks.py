@@ -21,7 +21,7 @@ PHONG = phong.register()
 
 def llvm_version() -> str | None:
     """The LLVM Dr.Jit is using, None in a scalar variant."""
-    return str(dr.detail.llvm_version()) if mi.variant().startswith("llvm") else None
+    return ".".join(map(str, dr.detail.llvm_version())) if str(mi.variant()).startswith("llvm") else None
 
 
 def proof(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Array]:

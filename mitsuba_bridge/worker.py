@@ -30,7 +30,7 @@ def main(job_file: str, out_file: str) -> None:
     from . import tasks
 
     arrays = tasks.TASKS[job["task"]](job, Path(job_file).parent, lambda done, total: say(done=done, total=total))
-    np.savez(out_file, **arrays)
+    np.savez(out_file, allow_pickle=False, **arrays)
     say(
         version=mi.__version__,
         variant=mi.variant(),

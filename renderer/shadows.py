@@ -121,8 +121,8 @@ class Blockers:
             # The far end lies beyond the plane by more than its own rounding.
             hides = rise > (away + PLANE_ULPS * one_norm(n) * size.max(axis=2))[..., None]
         hides &= (side != 0)[..., None]
-        corners = (corner[:, None, chosen] for corner in (g.a, g.b, g.c))
-        for edge, slack in edge_functions(*corners, p):
+        a, b, c = (corner[:, None, chosen] for corner in (g.a, g.b, g.c))
+        for edge, slack in edge_functions(a, b, c, p):
             hides &= dot((edge * side)[..., None], d) >= -slack[..., None] * size
         return np.asarray(hides.any(axis=1))
 

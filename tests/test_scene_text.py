@@ -14,7 +14,7 @@ from renderer.scene import (
     Scene,
     SunLight,
 )
-from renderer.scene_reader import parse_scene
+from renderer.scene_text import parse_scene
 
 VIEW = "size 4 3\ncamera 0 0 4  0 0 0  0 1 0  45\nintegrator direct\n"
 BASE = VIEW + "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"

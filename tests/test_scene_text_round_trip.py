@@ -22,8 +22,7 @@ from renderer.scene import (
     SunLight,
     has_area,
 )
-from renderer.scene_reader import parse_scene, read_scene
-from renderer.scene_writer import write_scene
+from renderer.scene_text import parse_scene, read_scene, write_scene
 
 SCENES = sorted((Path(__file__).parents[1] / "experiments" / "scenes").glob("*.test"))
 TRIANGLE = """

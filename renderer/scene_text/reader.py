@@ -11,10 +11,10 @@ import math
 import re
 from pathlib import Path
 
-from .errors import InputError
-from .scene import Scene
-from .scene_commands import COMMANDS, NUMBER, REFUSED
-from .scene_state import SceneState
+from ..errors import InputError
+from ..scene import Scene
+from .commands import COMMANDS, NUMBER, REFUSED
+from .state import SceneState
 
 MAX_BYTES = 1 << 28
 MAX_LINE = 1 << 16

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from .scene import DirectionalLight, Ellipsoid, Light, Material, Mesh, PointLight, QuadLight, Scene, Vec3
-from .scene_state import check_output
+from ..scene import DirectionalLight, Ellipsoid, Light, Material, Mesh, PointLight, QuadLight, Scene, Vec3
+from .state import check_output
 
 
 def write_scene(scene: Scene) -> str:

@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .errors import InputError
-from .scene_state import SceneState
+from ..errors import InputError
+from .state import SceneState
 
 NUMBER = r"[+-]?+(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?+\d++)?+"
 _FLOAT = re.compile(NUMBER, re.ASCII)

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from . import transforms
-from .errors import InputError
-from .scene import (
+from ..errors import InputError
+from ..scene import (
     Camera,
     DirectionalLight,
     Ellipsoid,
@@ -21,6 +20,7 @@ from .scene import (
     SunLight,
     Vec3,
 )
+from . import transforms
 from .triangle_pile import TrianglePile
 
 MAX_PUSHED = 100_000

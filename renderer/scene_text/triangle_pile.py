@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import InputError
-from .scene import Floats, Material, Mesh, has_area
+from ..errors import InputError
+from ..scene import Floats, Material, Mesh, has_area
 from .transforms import Affine, apply_each
 
 
