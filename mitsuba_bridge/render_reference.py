@@ -14,9 +14,12 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from .passes import Array, Camera, one_pass, shares
+from . import passes, scalar_passes
+from .passes import Array
 from .scene_dict import scene_dict
 from .sizing import SIZES, OnePass, Plan, pilot, plan
+
+tracing: Any = scalar_passes if str(mi.variant()).startswith("scalar") else passes
 
 BOX_SAMPLES = 1024
 """Rays a pixel's box is classified with."""
@@ -35,9 +38,9 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
     width, height = description["camera"]["width"], description["camera"]["height"]
     # Unoptimised: loading merges meshes of one material, and their names with them.
     dark = mi.load_dict(scene_dict(description, folder, None), optimize=False)
-    camera = Camera(dark, width, height, description["boxed"])
+    camera = tracing.Camera(dark, width, height, description["boxed"])
     rays = BOX_SAMPLES if description["boxed"] else 1
-    fronts, hits = shares(dark, camera, width * height, rays, _stream(seed, 0, 0, 0))
+    fronts, hits = tracing.shares(dark, camera, width * height, rays, _stream(seed, 0, 0, 0))
     emitter = sum((hits[name] for name in hits if name.startswith("light")), np.zeros(width * height))
     background = 1 - sum(hits.values(), np.zeros(width * height))
     background[np.abs(background) < 1e-9] = 0
@@ -52,7 +55,7 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
     total, done = sum(p.passes for p in plans), 0
     mean, variance = np.zeros((3, width * height)), np.zeros((3, width * height))
     pixel_variance = np.zeros(width * height)
-    passes = max((p.passes for p in plans), default=1)
+    most = max((p.passes for p in plans), default=1)
     judged = (emitter == 0) & (background == 0)
     pass_means = np.zeros(job["passes"] if any(p.passes > 2 for p in plans) else 1)
     for light, plan_ in zip(lit, plans, strict=True):
@@ -71,7 +74,7 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
         everything = [value for group in groups for value in group]
         pass_means += [np.mean(group) if group else np.mean(everything) for group in groups]
         if plain.size:
-            mean[:, plain] += one_pass(light.scene, camera, plain, 1, _stream(seed, light.number, 3, 0))
+            mean[:, plain] += tracing.one_pass(light.scene, camera, plain, 1, _stream(seed, light.number, 3, 0))
     for number, shape in enumerate(description["shapes"]):
         # An ordinary surface's emission is seen, and lights nothing: added by what the camera hits.
         mean += np.array(shape["emission"])[:, None] * fronts[f"shape{number}"]
@@ -84,14 +87,14 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
         "background": background.reshape(height, width),
         "pass_means": pass_means,
         "samples": np.array(max((p.samples * p.passes for p in plans), default=1)),
-        "passes": np.array(passes),
+        "passes": np.array(most),
     }
 
 
 class _Lit:
     """The scene with one light on."""
 
-    def __init__(self, job: dict[str, Any], folder: Path, camera: Camera, number: int, shaded: Array) -> None:
+    def __init__(self, job: dict[str, Any], folder: Path, camera: Any, number: int, shaded: Array) -> None:
         self.scene = mi.load_dict(scene_dict(job["description"], folder, number))
         self.camera, self.number, self.shaded, self.seed = camera, number, shaded, job["seed"]
 
@@ -101,7 +104,7 @@ class _Lit:
 
     def run(self, samples: int, number: int, stage: int) -> Array:
         seed = _stream(self.seed, self.number, stage, number)
-        return one_pass(self.scene, self.camera, self.shaded, samples, seed)
+        return tracing.one_pass(self.scene, self.camera, self.shaded, samples, seed)
 
 
 class _Moments:
