@@ -7,6 +7,7 @@ density is one over the light's size in that measure.
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 
@@ -71,20 +72,33 @@ def sun_directions(light: SunLight, u: Floats, v: Floats) -> Floats:
     return x[:, :, None] * (sine * np.cos(angle)) + y[:, :, None] * (sine * np.sin(angle)) + axis[:, :, None] * cosine
 
 
-def beams(
-    light: Light, points: Floats, rng: np.random.Generator, samples: int, stratified: bool
-) -> tuple[Floats, Floats, bool]:
-    """Directions, radiance-free weights and whether the light is at infinity, for any kind of light.
+Extended: TypeAlias = QuadLight | SunLight
+"""Lights with an extent to be sampled."""
+
+
+def extended_beams(light: Extended, points: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats, bool]:
+    """Beams through points (u, v) of the unit square, each (n, k) or (1, k), of a light with an extent.
 
     Returns
     -------
     d : (3, n, k) float64
-        k is ``samples``, or 1 for a light without extent.
     weight : (n, k) float64
-        What multiplies the light's colour (radiance, intensity or irradiance).
+        What multiplies the light's colour (radiance or irradiance), divided by k already.
     at_infinity : bool
         Whether shadow rays have no far end.
     """
+    if isinstance(light, QuadLight):
+        return *quad_beams(light, points, u, v), False
+    d = sun_directions(light, u, v)
+    weight = 1 / (u.shape[1] * dot(column(light.direction)[:, :, None], d))
+    n, k = points.shape[1], u.shape[1]
+    return np.broadcast_to(d, (3, n, k)), np.array(np.broadcast_to(weight, (n, k))), True
+
+
+def beams(
+    light: Light, points: Floats, rng: np.random.Generator, samples: int, stratified: bool
+) -> tuple[Floats, Floats, bool]:
+    """Random beams of any kind of light; see `extended_beams`. One beam if it has no extent."""
     n = points.shape[1]
     d: Floats
     if isinstance(light, PointLight):
@@ -93,11 +107,14 @@ def beams(
         return d, np.divide(1.0, length2, out=np.zeros_like(length2), where=length2 > 0), False
     if isinstance(light, DirectionalLight):
         return np.broadcast_to(column(light.direction)[:, :, None], (3, n, 1)), np.ones((n, 1)), True
-    u, v = unit_square(rng, n, samples, stratified)
-    if isinstance(light, QuadLight):
-        return *quad_beams(light, points, u, v), False
-    d = sun_directions(light, u, v)
-    return d, 1 / (samples * dot(column(light.direction)[:, :, None], d)), True
+    return extended_beams(light, points, *unit_square(rng, n, samples, stratified))
+
+
+def stratum_centres(samples: int) -> tuple[Floats, Floats]:
+    """(u, v) of the centres of the sqrt(N) x sqrt(N) strata, each (1, N), in the order of `unit_square`."""
+    side = math.isqrt(samples)
+    i, j = np.divmod(np.arange(samples), side)
+    return (i[None] + 0.5) / side, (j[None] + 0.5) / side
 
 
 def colour(light: Light) -> Floats:

@@ -8,11 +8,24 @@ from __future__ import annotations
 
 from .analytic import Analytic
 from .area import Area
+from .control_variate import ControlVariate
 from .protocol import Claim, Estimator
+from .visibility_analytic import VisibilityAnalytic
+from .visibility_centre import VisibilityCentre
 
-ESTIMATORS: tuple[type[Estimator], ...] = (Analytic, Area)
+ESTIMATORS: tuple[type[Estimator], ...] = (Analytic, Area, VisibilityCentre, VisibilityAnalytic, ControlVariate)
 
-__all__ = ["ESTIMATORS", "Analytic", "Area", "Claim", "Estimator", "estimator_named"]
+__all__ = [
+    "ESTIMATORS",
+    "Analytic",
+    "Area",
+    "Claim",
+    "ControlVariate",
+    "Estimator",
+    "VisibilityAnalytic",
+    "VisibilityCentre",
+    "estimator_named",
+]
 
 
 def estimator_named(name: str, samples: int, stratified: bool) -> Estimator:

@@ -7,7 +7,6 @@ is chosen. Near a light the integrand has no bound: the variance grows as 1/dist
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -18,10 +17,7 @@ from ..light_points import beams, colour
 from ..needs import Needs, Source
 from ..shading import ShadingPoints, reflect
 from ..vectors import Floats, dot
-from .protocol import Claim
-
-BLOCK = 1 << 17
-"""Point-sample pairs handled at once."""
+from .protocol import BLOCK, Claim, square_number
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,8 +32,8 @@ class Area:
     def __post_init__(self) -> None:
         if self.samples < 1:
             raise InputError("samples", self.samples, "at least 1")
-        if self.stratified and math.isqrt(self.samples) ** 2 != self.samples:
-            raise InputError("samples", self.samples, "a square number (1, 4, 9, ...) when stratified")
+        if self.stratified:
+            square_number(self.samples)
 
     def claim(self, needs: Needs) -> Claim:
         return "unbiased" if needs.random else "exact"

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 
+from ..errors import InputError
 from ..needs import Needs, Source
 from ..shading import ShadingPoints
 from ..vectors import Floats
@@ -13,6 +15,16 @@ from ..vectors import Floats
 Claim = Literal["exact", "unbiased", "consistent", "biased"]
 """exact: no error beyond rounding. unbiased: noise only. consistent: bias that vanishes with samples.
 biased: an error that stays."""
+
+
+BLOCK = 1 << 17
+"""Point-sample pairs an estimator handles at once."""
+
+
+def square_number(samples: int) -> None:
+    """Refuse a number of samples that does not fill a square grid of strata."""
+    if samples < 1 or math.isqrt(samples) ** 2 != samples:
+        raise InputError("samples", samples, "a square number (1, 4, 9, ...) for strata")
 
 
 class Estimator(Protocol):

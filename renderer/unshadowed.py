@@ -1,0 +1,70 @@
+"""What a light reflects where nothing is in the way, in closed form: Lambert plus the modified Phong lobe.
+
+Reflected radiance = L [ kd/pi E + ks (s+2)/(2 pi) I(s) ], E the irradiance and I the lobe integral of the light's
+polygon for unit radiance (`irradiance`, `phong_lobe`).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .irradiance import irradiance
+from .light_points import colour, sun_directions
+from .phong_lobe import phong_lobe
+from .scene import QuadLight, SunLight
+from .shading import ShadingPoints, reflect
+from .sun import sun_irradiance
+from .vectors import Floats, column, cross, dot
+
+RADII, ANGLES = 12, 24
+"""Nodes over the sun's disk for a glossy surface: Gauss-Legendre in the squared radius, equal steps around."""
+
+
+def quad_patch(points: ShadingPoints, corner: Floats, ab: Floats, ac: Floats, glossy: bool) -> Floats:
+    """Reflected radiance (3, n) for unit radiance of the parallelogram corner + u ab + v ac, one-sided.
+
+    Parameters
+    ----------
+    corner, ab, ac : (3, 1) or (3, n) float64
+        Emits on the side of -(ab x ac).
+    """
+    facing = dot(cross(ab, ac), corner - points.position) > 0
+    value, _ = irradiance(points.position, points.normal, corner, ab, ac)
+    out = points.diffuse * (value * facing / math.pi)
+    if glossy:
+        shiny = np.flatnonzero((points.specular > 0).any(axis=0) & facing)
+        if shiny.size:
+            few = points.take(shiny)
+            where = [v if v.shape[1] == 1 else v[:, shiny] for v in (corner, ab, ac)]
+            power, _ = phong_lobe(few.position, few.normal, few.mirror, few.shininess, *where)
+            out[:, shiny] += few.specular * ((few.shininess + 2) / (2 * math.pi) * power)
+    return out
+
+
+def quad_light(points: ShadingPoints, light: QuadLight, glossy: bool) -> Floats:
+    """Reflected radiance (3, n) due to a whole parallelogram light."""
+    corner, ab, ac = column(light.corner), column(light.ab), column(light.ac)
+    return quad_patch(points, corner, ab, ac, glossy) * colour(light)
+
+
+def sun_light(points: ShadingPoints, light: SunLight, glossy: bool) -> Floats:
+    """Reflected radiance (3, n) due to the sun: closed form for Lambert, quadrature over its disk for the lobe.
+
+    The quadrature's relative error is below 1e-12 while the disk lies above both horizons and the exponent times
+    alpha^2 is below about 100; across a horizon it is about 1/300 of the lobe's share.
+    """
+    out = points.diffuse * (sun_irradiance(light, points.normal) / math.pi)
+    shiny = np.flatnonzero((points.specular > 0).any(axis=0)) if glossy else np.empty(0, dtype=np.int64)
+    for start in range(0, shiny.size, 4096):
+        some = shiny[start : start + 4096]
+        few = points.take(some)
+        nodes, weights = np.polynomial.legendre.leggauss(RADII)
+        u = np.repeat((nodes + 1) / 2, ANGLES)[None]
+        v = np.tile((np.arange(ANGLES) + 0.5) / ANGLES, RADII)[None]
+        d = np.broadcast_to(sun_directions(light, u, v), (3, some.size, u.size))
+        share = np.repeat(weights / 2, ANGLES) / ANGLES / dot(column(light.direction)[:, :, None], d[:, :1])
+        with_lobe = reflect(few, d, share, True)
+        out[:, some] += with_lobe - reflect(few, d, share, False)
+    return out * colour(light)
