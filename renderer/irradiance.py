@@ -1,9 +1,14 @@
-"""Irradiance of a uniform parallelogram, clipped at the receiver's horizon: Lambert's formula (Arvo 1994).
+"""Irradiance of a uniform parallelogram, cut at the receiver's horizon, with a bound of its own relative error.
 
-E/L = 1/2 sum over the edges of the visible part of theta_i (n . Gamma_i), theta_i the angle an edge subtends and
-Gamma_i the unit normal of its plane through the point. Angles by atan2, which keeps its digits where acos loses
-half of them. Relative error eps/omega^(1/2 .. 1) for a light of solid angle omega: the edges' terms are of
-order omega^(1/2) and cancel; see `bound`.
+Three forms, each where it is right; every point takes the cheapest whose rounding bound is small enough:
+
+form                domain                                           relative error
+`small_patch`       light smaller than 0.36 of its distance, above   eps (R/h + R/z)
+`lambert_formula`   anything that fills 3 % of the sky               eps / E
+`area_fan`          the rest: grazing, slivers, needles, far away    1e-15, inputs in double-double
+
+R the distance, h that of the light's plane, z the height over the horizon. Measured over 3,000 stiff cases (sizes
+1e-8 .. 1e2, heights 1e-9 .. 3, offsets to 1e3) against 80 digits: see `irradiance`.
 """
 
 from __future__ import annotations
@@ -11,65 +16,120 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
 
+from .area_fan import irradiance_by_area
+from .lambert_formula import lambert
+from .polygon_clip import Bools, exponent_scale
+from .small_patch import LARGEST, NODES, nodes_for, size_over_distance, small_irradiance
 from .vectors import Floats, cross, dot
 
-EPS = 2.0**-52
+BLOCK = 4096
+"""Points at once: their arrays fit into the cache."""
+GOOD = {np.dtype(np.float64): 1e-12, np.dtype(np.float32): 1e-4}
+"""A bound at which the closed forms in working precision are let stand."""
 
 
-def _vectors(v: ArrayLike) -> Floats:
+def _vectors(v: ArrayLike, count: int) -> Floats:
     array = np.asarray(v, dtype=np.float64)
-    return array.reshape(3, 1) if array.ndim == 1 else array
+    return np.broadcast_to(array.reshape(3, 1) if array.ndim == 1 else array, (3, count))
 
 
-def _arc(a: Floats, b: Floats, n: Floats) -> Floats:
-    """theta (n . Gamma) of the arc from a to b; 0 where it has no length."""
-    normal = cross(a, b)
-    sine = np.sqrt(dot(normal, normal))
-    safe = np.where(sine > 0, sine, 1.0)
-    return np.arctan2(sine, dot(a, b)) * dot(n, normal) / safe
-
-
-def irradiance(points: Floats, normals: Floats, corner: Any, ab: Any, ac: Any) -> tuple[Floats, Floats]:
-    """Integral of max(n.w, 0) over the directions of a parallelogram, both of whose sides count.
+def irradiance(
+    points: Floats, normals: Floats, corner: Any, ab: Any, ac: Any, dtype: DTypeLike = np.float64
+) -> tuple[Floats, Floats]:
+    """Integral of max(n.w, 0) over the directions w of a parallelogram, both of whose sides count.
 
     Parameters
     ----------
     points, normals : (3, n) float64
-        Shading points, and their normals of any length.
+        Shading points, and their normals of any length but 0. Any finite values are accepted.
     corner, ab, ac : (3,) or (3, n) float64
-        The parallelogram corner + u ab + v ac.
+        The parallelogram corner + u ab + v ac, u and v in [0, 1]. The numbers are taken as exact.
+    dtype : float64 or float32
+        Of the closed forms and of the result.
 
     Returns
     -------
-    value, bound : (n,) float64
-        The integral, in units of radiance, and a bound of its relative error; 0 and 0 below the horizon.
+    value, bound : (n,) dtype
+        The integral, in units of radiance, 0 to pi, and a bound of its relative error. Both are 0 where the light
+        lies below the horizon or is seen edge-on. The bound is 1, and the value 0, where 106 bits cannot tell
+        that from a light.
+
+    Notes
+    -----
+    Relative error measured over the stiff cases, median / 95 % / largest: float64 2e-16 / 6e-16 / 2e-14, float32
+    3e-8 / 2e-7 / 1e-6 (above the range of float32). No bound violated; the largest error is 0.17 of its bound.
     """
-    scale = np.abs(normals).max(axis=0)
-    n = normals / scale
-    n = n / np.sqrt(dot(n, n))
-    p, ab, ac = _vectors(corner) - points, _vectors(ab), _vectors(ac)
-    size = np.maximum(np.abs(p).max(axis=0), np.maximum(np.abs(ab).max(axis=0), np.abs(ac).max(axis=0)))
-    v = [edge / size for edge in (p, p + ab, p + ab + ac, p + ac)]
-    z = [dot(n, vertex) for vertex in v]
-    total, terms = np.zeros(points.shape[1]), np.zeros(points.shape[1])
-    leaving, entering = np.zeros_like(v[0]), np.zeros_like(v[0])
-    for k in range(4):
-        a, b, za, zb = v[k], v[(k + 1) % 4], z[k], z[(k + 1) % 4]
-        # >= as written: a light that touches the horizon along an edge keeps that edge.
-        below_a, below_b = np.maximum(-za, 0), np.maximum(-zb, 0)
-        span_a, span_b = below_a + np.maximum(zb, 0), below_b + np.maximum(za, 0)
-        ta = np.divide(below_a, span_a, out=np.zeros_like(za), where=(za < 0) & (zb >= 0) & (span_a > 0))
-        tb = 1 - np.divide(below_b, span_b, out=np.zeros_like(za), where=(zb < 0) & (za >= 0) & (span_b > 0))
-        start, stop = a + (b - a) * ta, a + (b - a) * tb
-        term = _arc(start, stop, n) * ((za >= 0) | (zb >= 0))
-        total, terms = total + term, terms + np.abs(term)
-        leaving = np.where((za >= 0) & (zb < 0), stop, leaving)
-        entering = np.where((za < 0) & (zb >= 0), start, entering)
-    closing = _arc(leaving, entering, n)
-    value = np.abs(total + closing) / 2
-    rounding = 32 * EPS * (terms + np.abs(closing))
-    bound = np.divide(rounding, value, out=np.zeros_like(value), where=value > 0)
-    below = np.all([height < 0 for height in z], axis=0)
-    return np.where(below, 0.0, value), np.where(below, 0.0, bound)
+    kind = np.dtype(dtype)
+    count = np.shape(points)[1]
+    given = tuple(_vectors(v, count) for v in (points, normals, corner, ab, ac))
+    value, error = np.zeros(count), np.zeros(count)
+    for start in range(0, count, BLOCK):
+        some = slice(start, start + BLOCK)
+        value[some], error[some] = _closed_forms(tuple(v[:, some] for v in given), kind)
+    bound = np.divide(error, value, out=np.zeros(count), where=value > 0)
+    bad = np.flatnonzero(~(error <= GOOD[kind] * value))
+    for start in range(0, bad.size, BLOCK):
+        few = bad[start : start + BLOCK]
+        taken = tuple(v[:, few] for v in given)
+        again = irradiance(*taken) if kind != np.float64 else irradiance_by_area(*_scaled(taken))
+        better = again[1] < np.where(value[few] > 0, bound[few], 1.01)
+        value[few], bound[few] = np.where(better, again[0], value[few]), np.where(better, again[1], bound[few])
+    return _rounded(value, bound, kind)
+
+
+def _rounded(value: Floats, bound: Floats, kind: np.dtype[Any]) -> tuple[Floats, Floats]:
+    """Value and bound in the result's type; what its range cannot hold is told by the bound."""
+    if kind == np.float64:
+        return value, bound
+    with np.errstate(under="ignore"):
+        short = value.astype(kind)
+    lost = np.divide(np.abs(short - value), short, out=np.ones_like(value), where=short > 0)
+    total = np.where(value > 0, np.minimum(1.001 * (bound + lost), 1.0), bound)
+    return short, total.astype(kind)
+
+
+def _scaled(given: tuple[Floats, ...]) -> tuple[Floats, ...]:
+    """The same geometry with sizes near 1, by powers of two: nothing is rounded."""
+    points, normals, corner, ab, ac = given
+    scale = exponent_scale(points, corner, ab, ac)
+    return points * scale, normals * exponent_scale(normals), corner * scale, ab * scale, ac * scale
+
+
+def _closed_forms(given: tuple[Floats, ...], kind: np.dtype[Any]) -> tuple[Floats, Floats]:
+    """Values and absolute error bounds in working precision; infinite where the light may be seen edge-on."""
+    points, normals, corner, ab, ac = _scaled(given)
+    n = (normals / np.sqrt(np.maximum(dot(normals, normals), 1e-300))).astype(kind)
+    p, e1, e2 = (v.astype(kind) for v in (corner - points, ab, ac))
+    above, below = _sides(p, e1, e2, n)
+    value, error = np.zeros(p.shape[1]), np.zeros(p.shape[1])
+    size = np.where(above, size_over_distance(p, e1, e2), np.inf)
+    smallest = 0.0
+    for limit, _ in NODES:
+        here = (size > smallest) & (size <= limit)
+        _fill(value, error, here, small_irradiance, (p, e1, e2, n), nodes_for(limit, kind))
+        smallest = limit
+    _fill(value, error, above & (size > LARGEST), lambert, (p, e1, e2, n), False)
+    _fill(value, error, ~above & ~below, lambert, (p, e1, e2, n), True)
+    size = np.sqrt(dot(e1, e1) * dot(e2, e2) * dot(p, p))
+    flat = np.abs(dot(cross(e1, e2), p)) <= 16 * np.finfo(kind).eps * size
+    return value, np.where(flat & ~below, np.inf, error)
+
+
+def _fill(value: Floats, error: Floats, where: Bools, form: Any, vectors: tuple[Floats, ...], option: Any) -> None:
+    """Write one form's values and errors where it is asked for."""
+    index = np.flatnonzero(where)
+    if index.size:
+        taken = vectors if index.size == where.size else tuple(v[:, index] for v in vectors)
+        value[index], error[index] = form(*taken, option)
+
+
+def _sides(p: Floats, ab: Floats, ac: Floats, n: Floats) -> tuple[Bools, Bools]:
+    """Which lights lie above the horizon, and which below, for certain."""
+    z, z1, z2 = dot(n, p), dot(n, ab), dot(n, ac)
+    heights = [z, z + z1, z + z1 + z2, z + z2]
+    sizes = np.abs(p).max(axis=0) + np.abs(ab).max(axis=0) + np.abs(ac).max(axis=0)
+    unsure = 8 * np.finfo(p.dtype).eps * sizes
+    low, high = np.min(heights, axis=0), np.max(heights, axis=0)
+    return low > unsure, high < -unsure

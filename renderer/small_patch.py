@@ -1,0 +1,54 @@
+"""Gauss-Legendre over the area of a parallelogram that is small against its distance, wholly above the horizon.
+
+E = |h| integral of z / |v|^4 du dv, v = p + u e1 + v e2, h = (e1 x e2) . p, z = n . v. Every term is positive, so
+nothing cancels at any solid angle; h and z carry what the inputs' rounding leaves of them. With k nodes a side the
+quadrature's error is below (|e| / 4R)^2k.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .vectors import Floats, cross, dot
+
+NODES = ((0.04, 4), (0.13, 6), (0.36, 9))
+"""Up to which longer side over distance of the centre how many nodes a side leave 2e-16."""
+LARGEST = NODES[-1][0]
+ROUNDINGS = 4.0
+
+
+def size_over_distance(p: Floats, ab: Floats, ac: Floats) -> Floats:
+    """Longer side over the centre's distance, (k,)."""
+    centre = p + (ab + ac) / 2
+    with np.errstate(divide="ignore"):
+        return np.sqrt(np.maximum(dot(ab, ab), dot(ac, ac)) / dot(centre, centre))
+
+
+def nodes_for(size: float, dtype: np.dtype[Any]) -> int:
+    """Nodes a side for a light of that size over distance."""
+    enough = next(nodes for limit, nodes in NODES if size <= limit)
+    return enough if dtype == np.float64 else (enough + 2) // 2
+
+
+def small_irradiance(p: Floats, ab: Floats, ac: Floats, n: Floats, nodes: int) -> tuple[Floats, Floats]:
+    """Irradiance for a unit normal and the bound of its absolute error, each (k,). Arguments (3, k)."""
+    eps = np.finfo(p.dtype).eps
+    centre = p + (ab + ac) / 2
+    h, zc, z1, z2 = dot(cross(ab, ac), centre), dot(n, centre), dot(n, ab), dot(n, ac)
+    r, r1, r2 = dot(centre, centre), 2 * dot(centre, ab), 2 * dot(centre, ac)
+    r11, r22, r12 = dot(ab, ab), dot(ac, ac), 2 * dot(ab, ac)
+    x, w = np.polynomial.legendre.leggauss(nodes)
+    x, w = (x / 2).astype(p.dtype), (w / 2).astype(p.dtype)
+    total = np.zeros_like(r)
+    for a, wa in zip(x, w, strict=True):
+        base, slope, height = r + a * (r1 + a * r11), r2 + a * r12, zc + a * z1
+        for b, wb in zip(x, w, strict=True):
+            square = base + b * (slope + b * r22)
+            total += (wa * wb) * ((height + b * z2) / (square * square))
+    value = np.abs(h) * total
+    volume = np.sqrt(r11 * r22 * r)  # |h| at its largest
+    with np.errstate(divide="ignore", invalid="ignore"):
+        relative = ROUNDINGS * eps * (4 + volume / np.abs(h) + np.sqrt(r) / zc)
+    return value, np.where(relative < 1, relative, 1) * value
