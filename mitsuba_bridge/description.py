@@ -22,6 +22,7 @@ from renderer.geometry import build_geometry
 from renderer.scene import DirectionalLight, Ellipsoid, Light, Material, PointLight, QuadLight, Scene, SunLight
 from renderer.vectors import Floats, frame
 
+from .limits import close_blockers
 from .ply import write_ply
 from .tessellation import tessellate
 
@@ -29,8 +30,6 @@ SIZE = 50.0
 """Half extent of the scene as Mitsuba sees it; its valid range is about 10 to 1000."""
 SUN_DISTANCE = 1e5
 """Distance of the sun's disk in scene radii: its irradiance is then off by 2e-6 in the mean (measured)."""
-CLOSE = 1e-3
-"""Blockers closer to a light than this share of the distance are ignored by Mitsuba 3.9."""
 
 Matrix = list[list[float]]
 
@@ -156,12 +155,12 @@ def _camera(scene: Scene, place: Any, scale: float) -> dict[str, Any]:
 def _ball(ellipsoid: Ellipsoid, place: Any, scale: float, folder: Path, name: str, notes: list[str]) -> dict[str, Any]:
     if ellipsoid.radius is not None:
         return {"kind": "sphere", "center": place(ellipsoid.center).tolist(), "radius": ellipsoid.radius * scale}
-    vertices, triangles, error = tessellate(np.array(ellipsoid.axes) * scale)
-    write_ply(folder / name, vertices + place(ellipsoid.center)[:, None], triangles)
+    vertices, normals, triangles, error = tessellate(np.array(ellipsoid.axes) * scale)
+    write_ply(folder / name, vertices + place(ellipsoid.center)[:, None], triangles, normals)
     notes.append(
         f"an ellipsoid is a mesh of {triangles.shape[1]} triangles in Mitsuba, up to {error:.1e} of its size off"
     )
-    return {"kind": "ply", "file": name}
+    return {"kind": "ply", "file": name, "smooth": True}
 
 
 def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = True) -> Description:
@@ -183,7 +182,7 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
     """
     centre, half = extent(scene) if normalise else (np.zeros(3), SIZE)
     scale = SIZE / half
-    notes: list[str] = []
+    notes = close_blockers(scene, half) if normalise else []
 
     def place(point: Any) -> Floats:
         return (np.asarray(point, dtype=np.float64) - centre) * scale
@@ -200,7 +199,7 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
     for number, mesh in enumerate(scene.meshes):
         name = f"{stem}-mesh{number}.ply"
         write_ply(folder / name, (mesh.vertices - centre[:, None]) * scale, mesh.triangles)
-        add({"kind": "ply", "file": name}, mesh.material)
+        add({"kind": "ply", "file": name, "smooth": False}, mesh.material)
     for number, ellipsoid in enumerate(scene.ellipsoids):
         add(_ball(ellipsoid, place, scale, folder, f"{stem}-ellipsoid{number}.ply", notes), ellipsoid.material)
     lights = [_light(light, place, scale) for light in scene.lights]

@@ -19,6 +19,9 @@ from numpy.typing import NDArray
 WAVEFRONT = 1 << 22
 """Paths traced at once."""
 
+BOX_SAMPLES = 1024
+"""Rays a pixel's box is classified with."""
+
 Array = NDArray[Any]
 
 
@@ -55,41 +58,66 @@ def make_sampler(seed: int, pixels: int, samples: int) -> Any:
     return sampler
 
 
+def pixel_sums(values: list[Any], samples: int) -> Array:
+    """Sums of float32 values over the samples of each pixel, in float64: (len(values), n)."""
+    float64: Any = dr.float64_array_t(mi.Float)
+    wide = [float64(value) for value in values]
+    dr.eval(wide)  # else each block_sum below would trace the paths again
+    sums = [dr.block_sum(value, samples) if samples > 1 else value for value in wide]
+    dr.eval(sums)
+    return np.stack([np.array(value) for value in sums])
+
+
 def one_pass(scene: Any, camera: Camera, pixels: Array, samples: int, seed: int) -> Array:
     """Mean radiance (3, n) float64 of one pass over the pixels (n,)."""
     direct = integrator()
-    wide: Any = dr.float64_array_t(mi.Float)
     out = np.empty((3, pixels.size))
     step = max(1, WAVEFRONT // samples)
-    seeds = np.random.SeedSequence(seed).generate_state(1 + (pixels.size - 1) // step)
+    seeds = np.random.SeedSequence(seed).generate_state(1 + max(pixels.size - 1, 0) // step)
     for number, start in enumerate(range(0, pixels.size, step)):
         some = pixels[start : start + step]
         sampler = make_sampler(int(seeds[number]), some.size, samples)
         radiance, _, _ = direct.sample(scene, sampler, camera.rays(some, samples, sampler))
-        channels = [wide(c) for c in (radiance.x, radiance.y, radiance.z)]
-        dr.eval(channels)  # else each block_sum below would trace the paths again
-        sums = [dr.block_sum(c, samples) if samples > 1 else c for c in channels]
-        dr.eval(sums)
-        out[:, start : start + some.size] = np.stack([np.array(s) for s in sums]) / samples
+        out[:, start : start + some.size] = pixel_sums([radiance.x, radiance.y, radiance.z], samples) / samples
     return out
 
 
-def shares(
-    scene: Any, camera: Camera, pixels: int, samples: int, seed: int
-) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Share of the rays of each pixel that hit the front of each shape, and either side, by shape id: (n,) each."""
-    fronts: dict[str, Array] = {}
-    hits: dict[str, Array] = {}
-    shapes = scene.shapes()
+def look(
+    scene: Any, camera: Camera, pixels: Array, samples: int, seed: int, emission: dict[str, list[float]]
+) -> tuple[Array, Array, Array]:
+    """What the camera rays of the pixels (n,) hit.
+
+    Parameters
+    ----------
+    scene : mi.Scene
+        Loaded unoptimised: merged meshes have lost their names.
+    emission : dict
+        By shape id, the radiance seen from the front of what emits and is no light.
+
+    Returns
+    -------
+    emitter, background : (n,) float64
+        Share of the rays that hit either side of a light's body, or nothing.
+    glow : (3, n) float64
+        Mean of that radiance.
+    """
+    number_of: Any = lambda pointers: dr.reinterpret_array(mi.UInt32, pointers)  # noqa: E731
+    shapes = {int(number_of(mi.ShapePtr(shape))[0]): shape.id() for shape in scene.shapes()}
+    table = np.zeros((4, 1 + max(shapes, default=0)), dtype=np.float32)
+    for number, name in shapes.items():
+        table[:3, number], table[3, number] = emission.get(name, 0.0), name.startswith("light")
+    light, *glows = (mi.Float(row) for row in table[[3, 0, 1, 2]])
+    sums = np.empty((5, pixels.size))
     step = max(1, WAVEFRONT // samples)
-    for start in range(0, pixels, step):
-        some = np.arange(start, min(start + step, pixels))
-        sampler = make_sampler((seed + start) % 2**32, some.size, samples)
+    seeds = np.random.SeedSequence(seed).generate_state(1 + max(pixels.size - 1, 0) // step)
+    for number, start in enumerate(range(0, pixels.size, step)):
+        some = pixels[start : start + step]
+        sampler = make_sampler(int(seeds[number]), some.size, samples)
         si = scene.ray_intersect(camera.rays(some, samples, sampler))
-        for shape in shapes:
-            on = si.is_valid() & (si.shape == mi.ShapePtr(shape))
-            for table, mask in ((hits, on), (fronts, on & (si.wi.z > 0))):
-                count = dr.select(mask, mi.Float(1), mi.Float(0))
-                count = dr.block_sum(count, samples) if samples > 1 else count
-                table.setdefault(shape.id(), np.zeros(pixels))[some] = np.array(count, dtype=np.float64) / samples
-    return fronts, hits
+        hit, front = si.is_valid(), si.is_valid() & (si.wi.z > 0)
+        index = number_of(si.shape)
+        found = [dr.gather(mi.Float, light, index, hit), dr.select(hit, mi.Float(0), mi.Float(1))]
+        found += [dr.gather(mi.Float, glow, index, front) for glow in glows]
+        sums[:, start : start + some.size] = pixel_sums(found, samples)
+    emitter, background, *glow = sums / samples
+    return emitter, background, np.stack(glow)

@@ -17,12 +17,9 @@ import numpy as np
 from . import passes, scalar_passes
 from .passes import Array
 from .scene_dict import scene_dict
-from .sizing import SIZES, OnePass, Plan, pilot, plan
+from .sizing import SIZES, OnePass, Plan, pilot, plan, unseen
 
 tracing: Any = scalar_passes if str(mi.variant()).startswith("scalar") else passes
-
-BOX_SAMPLES = 1024
-"""Rays a pixel's box is classified with."""
 
 Progress = Callable[[int, int], None]
 
@@ -39,30 +36,33 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
     # Unoptimised: loading merges meshes of one material, and their names with them.
     dark = mi.load_dict(scene_dict(description, folder, None), optimize=False)
     camera = tracing.Camera(dark, width, height, description["boxed"])
-    rays = BOX_SAMPLES if description["boxed"] else 1
-    fronts, hits = tracing.shares(dark, camera, width * height, rays, _stream(seed, 0, 0, 0))
-    emitter = sum((hits[name] for name in hits if name.startswith("light")), np.zeros(width * height))
-    background = 1 - sum(hits.values(), np.zeros(width * height))
-    background[np.abs(background) < 1e-9] = 0
-    shaded = (
-        np.flatnonzero((emitter < 1) & (background < 1))
-        if description["boxed"]
-        else np.flatnonzero((emitter == 0) & (background == 0))
-    )
-    plain = np.setdiff1d(np.arange(width * height), shaded)
-    lit = [_Lit(job, folder, camera, number, shaded) for number in range(len(description["lights"]))]
-    plans = _plans(lit, job, shaded.size)
-    total, done = sum(p.passes for p in plans), 0
+    every = np.arange(width * height)
+    rays = tracing.BOX_SAMPLES if description["boxed"] else 1
+    emission = {f"shape{number}": shape["emission"] for number, shape in enumerate(description["shapes"])}
+    emitter, background, glow = tracing.look(dark, camera, every, rays, _stream(seed, 0, 0, 0), emission)
+    shaded = np.flatnonzero((emitter < 1) & (background < 1))
+    lights = np.flatnonzero(emitter == 1)  # without noise: one sample each
+    sources: list[Any] = [_Lit(job, folder, camera, number, shaded) for number in range(len(description["lights"]))]
     mean, variance = np.zeros((3, width * height)), np.zeros((3, width * height))
     pixel_variance = np.zeros(width * height)
-    most = max((p.passes for p in plans), default=1)
+    for light in sources:
+        mean[:, lights] += tracing.one_pass(light.scene, camera, lights, 1, _stream(seed, light.number, 3, 0))
+    # An ordinary surface's emission is seen, and lights nothing: what the camera hits, added.
+    if description["boxed"] and any(max(colour) > 0 for colour in emission.values()):
+        sources.append(_Glow(dark, camera, len(sources), shaded, seed, emission))
+    else:
+        mean += glow
+    plans = _plans(sources, job, shaded.size)
+    total, done = sum(p.passes for p in plans), 0
     judged = (emitter == 0) & (background == 0)
     pass_means = np.zeros(job["passes"] if any(p.passes > 2 for p in plans) else 1)
-    for light, plan_ in zip(lit, plans, strict=True):
+    if judged.any():
+        pass_means += mean[:, judged].mean()
+    for source, plan_ in zip(sources, plans, strict=True):
         groups: list[list[float]] = [[] for _ in range(pass_means.size)]
         moments = _Moments(shaded.size)
         for number in range(plan_.passes):
-            image = light.run(plan_.samples, number, stage=2)
+            image = source.run(plan_.samples, number, stage=2)
             moments.add(image)
             value = image.mean(axis=0)[judged[shaded]]
             groups[number % pass_means.size].append(float(value.mean()) if value.size else 0.0)
@@ -73,11 +73,6 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
         pixel_variance[shaded] += moments.pixel_variance / plan_.passes
         everything = [value for group in groups for value in group]
         pass_means += [np.mean(group) if group else np.mean(everything) for group in groups]
-        if plain.size:
-            mean[:, plain] += tracing.one_pass(light.scene, camera, plain, 1, _stream(seed, light.number, 3, 0))
-    for number, shape in enumerate(description["shapes"]):
-        # An ordinary surface's emission is seen, and lights nothing: added by what the camera hits.
-        mean += np.array(shape["emission"])[:, None] * fronts[f"shape{number}"]
     square = (3, height, width)
     return {
         "mean": mean.reshape(square),
@@ -87,7 +82,7 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
         "background": background.reshape(height, width),
         "pass_means": pass_means,
         "samples": np.array(max((p.samples * p.passes for p in plans), default=1)),
-        "passes": np.array(most),
+        "passes": np.array(max((p.passes for p in plans), default=1)),
     }
 
 
@@ -95,16 +90,38 @@ class _Lit:
     """The scene with one light on."""
 
     def __init__(self, job: dict[str, Any], folder: Path, camera: Any, number: int, shaded: Array) -> None:
-        self.scene = mi.load_dict(scene_dict(job["description"], folder, number))
+        description = job["description"]
+        self.scene = mi.load_dict(scene_dict(description, folder, number))
         self.camera, self.number, self.shaded, self.seed = camera, number, shaded, job["seed"]
-
-    def staged(self, stage: int) -> OnePass:
-        """Passes with the random numbers of one stage (pilots share none with what is kept)."""
-        return lambda samples, number: self.run(samples, number, stage)
+        light = description["lights"][number]
+        self.random = description["boxed"] or max(light.get("radiance", [0.0])) > 0
+        """Whether samples can differ. A pilot alone cannot tell: it may miss a slit that the light comes through."""
 
     def run(self, samples: int, number: int, stage: int) -> Array:
         seed = _stream(self.seed, self.number, stage, number)
         return tracing.one_pass(self.scene, self.camera, self.shaded, samples, seed)
+
+
+class _Glow:
+    """Emission of ordinary surfaces in pixels that are boxes: one more source of noise."""
+
+    random = True
+
+    def __init__(
+        self, scene: Any, camera: Any, number: int, shaded: Array, seed: int, emission: dict[str, list[float]]
+    ) -> None:
+        self.scene, self.camera, self.number, self.shaded = scene, camera, number, shaded
+        self.seed, self.emission = seed, emission
+
+    def run(self, samples: int, number: int, stage: int) -> Array:
+        seed = _stream(self.seed, self.number, stage, number)
+        _, _, glow = tracing.look(self.scene, self.camera, self.shaded, samples, seed, self.emission)
+        return np.asarray(glow)
+
+
+def _staged(source: Any, stage: int) -> OnePass:
+    """Passes with the random numbers of one stage (pilots share none with what is kept)."""
+    return lambda samples, number: source.run(samples, number, stage)
 
 
 class _Moments:
@@ -138,14 +155,16 @@ class _Moments:
         return np.maximum(self.pixel_square - mean**2 / self.count, 0) / max(self.count - 1, 1)
 
 
-def _plans(lit: list[_Lit], job: dict[str, Any], pixels: int) -> list[Plan]:
-    """Each noisy light gets an equal share of the variance the pooled mean may have."""
+def _plans(sources: list[Any], job: dict[str, Any], pixels: int) -> list[Plan]:
+    """Each noisy source gets an equal share of the variance the pooled mean may have."""
     if pixels == 0:
-        return [Plan(1, 1) for _ in lit]
-    pilots = [pilot(light.staged(1), SIZES[0]) for light in lit]
+        return [Plan(1, 1) for _ in sources]
+    pilots = [pilot(_staged(source, 1), SIZES[0]) for source in sources]
     noisy = sum(p.variance > 0 for p in pilots)
     allowed = (job["target"] * sum(p.mean for p in pilots)) ** 2 / max(noisy, 1)
     return [
-        plan(light.staged(4), first, allowed, job["passes"], job["max_samples"])
-        for light, first in zip(lit, pilots, strict=True)
+        plan(_staged(source, 4), first, allowed, job["passes"], job["max_samples"])
+        if first.variance > 0 or not source.random
+        else unseen(pixels, job["passes"], job["max_samples"])
+        for source, first in zip(sources, pilots, strict=True)
     ]

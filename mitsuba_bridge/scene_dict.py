@@ -77,7 +77,7 @@ def scene_dict(description: dict[str, Any], folder: Path, lit: int | None) -> di
         bsdf = bsdf_dict(description["bsdfs"][shape["bsdf"]], description["two_sided"])
         entry: dict[str, Any] = {"type": shape["kind"], "bsdf": bsdf}
         if shape["kind"] == "ply":
-            entry |= {"filename": str(folder / shape["file"]), "face_normals": True}
+            entry |= {"filename": str(folder / shape["file"]), "face_normals": not shape["smooth"]}
         else:
             entry |= {"center": shape["center"], "radius": shape["radius"]}
         found[f"shape{number}"] = entry

@@ -15,6 +15,9 @@ SIZES = (4, 16, 64, 256, 1024)
 PILOT = 4
 """Passes of a pilot."""
 
+ENOUGH = 1 << 22
+"""Samples, over all pixels, after which a light that was never seen is taken to light nothing."""
+
 OnePass = Callable[[int, int], Floats]
 """(samples, number of the pass) to the radiance (3, n) of that pass."""
 
@@ -69,3 +72,10 @@ def plan(one_pass: OnePass, first: Pilot, allowed: float, passes: int, max_sampl
     rounds = math.ceil(found.variance / allowed / passes) if allowed > 0 else 1
     most = max(1, max_samples // (found.samples * passes))
     return Plan(found.samples, passes * min(max(rounds, 1), most))
+
+
+def unseen(pixels: int, passes: int, max_samples: int) -> Plan:
+    """For a light with extent whose pilot saw no noise: most likely it lights nothing, but a pilot can miss."""
+    sizes = [size for size in SIZES if size == SIZES[0] or size * passes <= max_samples]
+    enough = [size for size in sizes if size * passes * pixels >= ENOUGH]
+    return Plan(min(enough, default=max(sizes)), passes)

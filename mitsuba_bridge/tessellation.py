@@ -16,8 +16,8 @@ from renderer.vectors import Floats
 RINGS = 192
 
 
-def tessellate(axes: Floats) -> tuple[Floats, NDArray[Any], float]:
-    """The unit sphere under ``axes`` (3, 3) as vertices (3, v), triangles (3, t), and its relative error.
+def tessellate(axes: Floats) -> tuple[Floats, Floats, NDArray[Any], float]:
+    """The unit sphere under ``axes`` (3, 3) as vertices and normals (3, v), triangles (3, t), and its relative error.
 
     Rings of latitude and twice as many meridians; pushed out so that the mesh straddles the surface. The error
     is the largest distance from the surface over the semi-axis in that direction.
@@ -38,4 +38,9 @@ def tessellate(axes: Floats) -> tuple[Floats, NDArray[Any], float]:
     faces += [np.stack([v.ravel() for v in (r + k, r + m + n, r + n)])]
     # A chord of one ring step lies 1 - cos(pi/2/RINGS)^2 inside; half of it is moved to the outside.
     inside = 1 - math.cos(math.pi / 2 / RINGS) ** 2
-    return np.asarray(axes) @ (vertices * (1 + inside / 2)), np.hstack(faces), inside / 2
+    triangles = np.hstack(faces)
+    if np.linalg.det(axes) < 0:
+        triangles = triangles[::-1]  # mirrored axes turn the triangles' backs outside; a sphere has none
+    normals = np.linalg.inv(axes).T @ vertices
+    normals /= np.linalg.norm(normals, axis=0)
+    return np.asarray(axes) @ (vertices * (1 + inside / 2)), normals, triangles, inside / 2

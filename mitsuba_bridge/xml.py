@@ -52,7 +52,10 @@ BLACK = ['<bsdf type="diffuse"><rgb name="reflectance" value="0 0 0"/></bsdf>']
 
 def _shape(shape: dict[str, Any], number: int) -> Lines:
     if shape["kind"] == "ply":
-        inside = [_tag("string", "filename", shape["file"]), _tag("boolean", "face_normals", "true")]
+        inside = [
+            _tag("string", "filename", shape["file"]),
+            _tag("boolean", "face_normals", str(not shape["smooth"]).lower()),
+        ]
     else:
         inside = [_point("point", "center", shape["center"]), _tag("float", "radius", _number(shape["radius"]))]
     bsdf = shape["bsdf"]

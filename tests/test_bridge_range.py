@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from builders import box, floor, lamp, scene
 
+from mitsuba_bridge.description import describe
+from mitsuba_bridge.limits import distance_to_triangles
 from mitsuba_bridge.reference import render_reference
 from renderer.errors import InputError
 from renderer.scene import Camera, DirectionalLight, Mesh, PointLight, QuadLight, Scene
@@ -63,3 +65,38 @@ def test_without_the_normalisation_small_scenes_lose_their_shadows(plain):
 def test_what_float32_cannot_hold_is_refused_by_name():
     with pytest.raises(InputError, match="irradiance"):
         image(scene(floor(), lights=(DirectionalLight((0, 1, 0), (1e35, 0, 0)),)))
+
+
+def notes_of(*bodies: Mesh, light, tmp_path) -> list[str]:
+    return [n for n in describe(scene(floor(2.0), *bodies, lights=(light,)), tmp_path).notes if "looks past" in n]
+
+
+@pytest.mark.parametrize("light", [lamp(2.0), PointLight((0.1, 2.0, 0.1), (1, 1, 1))], ids=["area", "point"])
+def test_a_blocker_that_mitsuba_looks_past_is_said(light, tmp_path):
+    """A box under the light by 1/10, 1/10,000 and above it by 1/10,000 (behind the parallelogram)."""
+    far, near = (box((-0.3, 1.0, -0.3), (0.3, 2.0 - gap, 0.3)) for gap in (0.1, 1e-4))
+    assert not notes_of(light=light, tmp_path=tmp_path)
+    assert not notes_of(far, light=light, tmp_path=tmp_path)
+    assert len(notes_of(near, light=light, tmp_path=tmp_path)) == 1
+    above = notes_of(box((-0.3, 2.0001, -0.3), (0.3, 2.5, 0.3)), light=light, tmp_path=tmp_path)
+    assert bool(above) == isinstance(light, PointLight)
+
+
+def test_small_blockers_before_the_middle_of_a_light_are_found_too(tmp_path):
+    chip = box((0.11, 1.99, 0.12), (0.12, 1.9999, 0.13))
+    assert len(notes_of(chip, light=lamp(2.0), tmp_path=tmp_path)) == 1
+
+
+def test_distances_to_triangles():
+    """Above the face, beside an edge, off a corner: by the closest of many points."""
+    rng = np.random.default_rng(3)
+    a, b, c = rng.normal(size=(3, 3, 200))
+    p = rng.normal(size=(3, 1))
+    u, v = np.meshgrid(np.linspace(0, 1, 161), np.linspace(0, 1, 161))
+    u, v = (w[u + v <= 1 + 1e-12][:, None] for w in (u, v))
+    points = a[:, None] + u * (b - a)[:, None] + v * (c - a)[:, None]
+    brute = np.sqrt(((points - p[:, :, None]) ** 2).sum(axis=0)).min(axis=0)
+    exact = distance_to_triangles(p, a, b, c)
+    assert (exact <= brute + 1e-12).all()
+    np.testing.assert_allclose(exact, brute, atol=3e-2)
+    assert np.median(brute - exact) < 1e-4
