@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 COLOURS = {"agrees": "green", "differs": "red", "undecided": "yellow"}
-WIDE = 130
+WIDE = 140
 """Columns from which everything is shown; what is not a terminal has them."""
 
 
@@ -18,6 +18,11 @@ def console(stderr: bool = False) -> Console:
     """A console as wide as its terminal, or wide enough for every column where it is none."""
     found = Console(stderr=stderr, highlight=False)
     return found if found.is_terminal else Console(stderr=stderr, highlight=False, width=WIDE)
+
+
+def _fixed(value: float, digits: int) -> str:
+    """Without a sign before zeros."""
+    return f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def _percent(value: float) -> str:
@@ -44,7 +49,7 @@ def _cells(row: dict[str, Any]) -> dict[str, str]:
         "its interval %": f"{_percent(low)} to {_percent(high)}",
         "finds %": f"{100 * row['minimum_detectable_bias']:.3f}",
         "RMS %": f"{100 * row['rms_relative']:.2f}",
-        "course": f"{round(row['course_bias'], 1) + 0.0:.1f} / {row['course_mse']:.2f}",
+        "course": f"{_fixed(row['course_bias'], 1)} / {_fixed(row['course_mse'], 2)}",
         "expected": f"{expected[0]:.2f} to {expected[1]:.2f}",
     }
 
