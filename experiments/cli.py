@@ -17,6 +17,7 @@ from renderer.errors import InputError
 
 from . import catalogue
 from .results import EXIT
+from .workers import WorkerLost
 
 ERRORS = Console(stderr=True, highlight=False)
 Report = Callable[[str, int, int], None]
@@ -30,6 +31,8 @@ class Group(click.Group):
             return super().invoke(context)
         except InputError as error:
             stop(str(error), EXIT["bad input"])
+        except WorkerLost as error:
+            stop(str(error), EXIT["not as claimed"])
         except KeyboardInterrupt:
             stop("interrupted: what was finished is written", 130)
 

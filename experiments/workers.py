@@ -1,13 +1,23 @@
-"""Worker processes for tiles: one a core, started once per command."""
+"""Worker processes for tiles: one a core, started once per command, replaced when they die."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import signal
-from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from typing import Any
+
+LIVES = 3
+"""Times one piece of work is tried before its worker's death is taken for its own doing."""
+
+
+class WorkerLost(RuntimeError):
+    """Work whose processes died every time it was tried."""
 
 
 def cores() -> int:
@@ -19,18 +29,95 @@ def _quiet() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears Ctrl-C and ends the pool
 
 
-@contextmanager
-def worker_pool() -> Iterator[Executor | None]:
-    """An executor over all cores; None on a single one, where it would only cost.
+def _cancel(outer: Future[Any]) -> None:
+    outer.cancel()
+    outer.set_running_or_notify_cancel()
+
+
+def _settle(outer: Future[Any], inner: Future[Any]) -> None:
+    """Hand on what became of the inner future, unless nobody waits for it any more."""
+    if inner.cancelled():
+        outer.cancel()
+    if not outer.set_running_or_notify_cancel():
+        return
+    error = inner.exception()
+    if error is not None:
+        outer.set_exception(error)
+    else:
+        outer.set_result(inner.result())
+
+
+class SturdyPool(Executor):
+    """A process pool that survives its workers: work lost with a killed one is done again in a new pool.
 
     Workers are started afresh rather than forked: the parent runs a progress thread.
     """
+
+    def __init__(self, count: int) -> None:
+        self._count, self._lock, self._ended = count, threading.Lock(), False
+        self._pool = self._start()
+
+    def _start(self) -> ProcessPoolExecutor:
+        context = multiprocessing.get_context("spawn")
+        return ProcessPoolExecutor(self._count, mp_context=context, initializer=_quiet)
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Schedule a call; it must give the same result when it is made twice."""
+        outer: Future[Any] = Future()
+        self._try(outer, LIVES, lambda pool: pool.submit(fn, *args, **kwargs))
+        return outer
+
+    def _try(self, outer: Future[Any], lives: int, start: Callable[[ProcessPoolExecutor], Future[Any]]) -> None:
+        def finished(inner: Future[Any]) -> None:
+            error = None if inner.cancelled() else inner.exception()
+            if isinstance(error, BrokenProcessPool):
+                self._retry(outer, lives - 1, pool, start)
+            else:
+                _settle(outer, inner)
+
+        pool = self._pool
+        try:
+            inner = start(pool)
+        except BrokenProcessPool:
+            self._retry(outer, lives - 1, pool, start)
+            return
+        except RuntimeError:  # shut down meanwhile
+            _cancel(outer)
+            return
+        inner.add_done_callback(finished)
+
+    def _retry(
+        self,
+        outer: Future[Any],
+        lives: int,
+        broken: ProcessPoolExecutor,
+        start: Callable[[ProcessPoolExecutor], Future[Any]],
+    ) -> None:
+        if lives <= 0:
+            told = f"a worker process died {LIVES} times at the same work: out of memory, or killed from outside"
+            if outer.set_running_or_notify_cancel():
+                outer.set_exception(WorkerLost(told))
+            return
+        with self._lock:
+            if self._pool is broken and not self._ended:
+                self._pool = self._start()
+        self._try(outer, lives, start)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the workers."""
+        with self._lock:
+            self._ended = True
+        self._pool.shutdown(wait=wait, cancel_futures=cancel_futures)
+
+
+@contextmanager
+def worker_pool() -> Iterator[Executor | None]:
+    """An executor over all cores; None on a single one, where it would only cost."""
     count = cores()
     if count == 1:
         yield None
         return
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(count, mp_context=context, initializer=_quiet)
+    pool = SturdyPool(count)
     try:
         yield pool
     finally:

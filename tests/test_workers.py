@@ -1,0 +1,60 @@
+"""Workers that die cost time, not results."""
+
+import os
+import signal
+from concurrent.futures import wait
+from pathlib import Path
+
+import pytest
+
+from experiments.workers import LIVES, SturdyPool, WorkerLost
+
+
+def die_once(number: int, folder: str) -> int:
+    """Kill the own process the first time that three of the numbers are asked for."""
+    mark = Path(folder) / str(number)
+    if number % 4 == 1 and not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number * number
+
+
+def die(folder: str) -> None:
+    (Path(folder) / f"{len(list(Path(folder).iterdir()))}").touch()
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def refuse() -> None:
+    raise ValueError("no")
+
+
+@pytest.fixture(scope="module")
+def pool():
+    made = SturdyPool(2)
+    yield made
+    made.shutdown(cancel_futures=True)
+
+
+def test_killed_workers_lose_nothing(pool, tmp_path):
+    futures = [pool.submit(die_once, number, str(tmp_path)) for number in range(10)]
+    assert [future.result(timeout=60) for future in futures] == [number * number for number in range(10)]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["1", "5", "9"]
+
+
+def test_work_that_always_kills_its_worker_ends_in_one_clear_error(pool, tmp_path):
+    with pytest.raises(WorkerLost, match="died 3 times"):
+        pool.submit(die, str(tmp_path)).result(timeout=60)
+    assert len(list(tmp_path.iterdir())) == LIVES
+
+
+def test_ordinary_errors_come_back_as_they_are(pool):
+    with pytest.raises(ValueError, match="no"):
+        pool.submit(refuse).result(timeout=60)
+
+
+def test_a_pool_that_was_shut_down_cancels_what_comes_after():
+    pool = SturdyPool(1)
+    pool.shutdown()
+    future = pool.submit(refuse)
+    assert wait([future], timeout=5).done == {future}
+    assert future.cancelled()
