@@ -13,11 +13,11 @@ from contextlib import contextmanager
 from typing import Any
 
 LIVES = 3
-"""Times one piece of work is tried before its worker's death is taken for its own doing."""
+"""Deaths in a row, with no work finished between them, that are taken for the work's own doing."""
 
 
 class WorkerLost(RuntimeError):
-    """Work whose processes died every time it was tried."""
+    """Work that kills the processes it is given to."""
 
 
 def cores() -> int:
@@ -54,7 +54,7 @@ class SturdyPool(Executor):
     """
 
     def __init__(self, count: int) -> None:
-        self._count, self._lock, self._ended = count, threading.Lock(), False
+        self._count, self._lock, self._deaths, self._ended = count, threading.Lock(), 0, False
         self._pool = self._start()
 
     def _start(self) -> ProcessPoolExecutor:
@@ -64,22 +64,23 @@ class SturdyPool(Executor):
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Schedule a call; it must give the same result when it is made twice."""
         outer: Future[Any] = Future()
-        self._try(outer, LIVES, lambda pool: pool.submit(fn, *args, **kwargs))
+        self._try(outer, lambda pool: pool.submit(fn, *args, **kwargs))
         return outer
 
-    def _try(self, outer: Future[Any], lives: int, start: Callable[[ProcessPoolExecutor], Future[Any]]) -> None:
+    def _try(self, outer: Future[Any], start: Callable[[ProcessPoolExecutor], Future[Any]]) -> None:
         def finished(inner: Future[Any]) -> None:
             error = None if inner.cancelled() else inner.exception()
             if isinstance(error, BrokenProcessPool):
-                self._retry(outer, lives - 1, pool, start)
+                self._retry(outer, pool, start)
             else:
+                self._deaths = 0
                 _settle(outer, inner)
 
         pool = self._pool
         try:
             inner = start(pool)
         except BrokenProcessPool:
-            self._retry(outer, lives - 1, pool, start)
+            self._retry(outer, pool, start)
             return
         except RuntimeError:  # shut down meanwhile
             _cancel(outer)
@@ -87,21 +88,18 @@ class SturdyPool(Executor):
         inner.add_done_callback(finished)
 
     def _retry(
-        self,
-        outer: Future[Any],
-        lives: int,
-        broken: ProcessPoolExecutor,
-        start: Callable[[ProcessPoolExecutor], Future[Any]],
+        self, outer: Future[Any], broken: ProcessPoolExecutor, start: Callable[[ProcessPoolExecutor], Future[Any]]
     ) -> None:
-        if lives <= 0:
-            told = f"a worker process died {LIVES} times at the same work: out of memory, or killed from outside"
-            if outer.set_running_or_notify_cancel():
-                outer.set_exception(WorkerLost(told))
-            return
         with self._lock:
             if self._pool is broken and not self._ended:
+                self._deaths += 1
                 self._pool = self._start()
-        self._try(outer, lives, start)
+            hopeless = self._deaths >= LIVES
+        if not hopeless:
+            self._try(outer, start)
+        elif outer.set_running_or_notify_cancel():
+            told = f"worker processes died {LIVES} times in a row: out of memory, or killed from outside"
+            outer.set_exception(WorkerLost(told))
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the workers."""

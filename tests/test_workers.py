@@ -42,7 +42,7 @@ def test_killed_workers_lose_nothing(pool, tmp_path):
 
 
 def test_work_that_always_kills_its_worker_ends_in_one_clear_error(pool, tmp_path):
-    with pytest.raises(WorkerLost, match="died 3 times"):
+    with pytest.raises(WorkerLost, match="died 3 times in a row"):
         pool.submit(die, str(tmp_path)).result(timeout=60)
     assert len(list(tmp_path.iterdir())) == LIVES
 
