@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 from collections.abc import Callable, Iterator
@@ -52,8 +53,11 @@ def _exr(path: Path, radiance: Floats) -> None:
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     pixels = np.ascontiguousarray(radiance.transpose(1, 2, 0), dtype=np.float32)
-    with OpenEXR.File(header, {"RGB": pixels}) as file:
-        file.write(str(path))
+    try:
+        with OpenEXR.File(header, {"RGB": pixels}) as file:
+            file.write(str(path))
+    except RuntimeError as error:  # all that OpenEXR says of a full disk
+        raise OSError(errno.EIO, str(error).rsplit(". ", 1)[-1].rstrip(".").lower()) from error
 
 
 WRITERS: dict[str, Callable[[Path, Floats], None]] = {".png": _png, ".exr": _exr, ".npy": _npy}
