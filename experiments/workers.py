@@ -12,6 +12,8 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import Any
 
+from renderer.errors import InputError
+
 LIVES = 3
 """Deaths in a row, with no work finished between them, that are taken for the work's own doing."""
 
@@ -109,8 +111,34 @@ class SturdyPool(Executor):
 
 
 @contextmanager
-def worker_pool() -> Iterator[Executor | None]:
-    """An executor over all cores; None on a single one, where it would only cost."""
+def cluster(address: str) -> Iterator[Executor]:
+    """An executor over a running Dask cluster; work of a lost worker is done again elsewhere.
+
+    Raises
+    ------
+    InputError
+        If `distributed` is not installed, or nobody answers at the address.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise InputError("--cluster", address, "the package distributed: pip install 'nusselt[cluster]'") from error
+    try:
+        client = Client(address, timeout=10, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise InputError("--cluster", address, "the address of a running Dask scheduler (tcp://host:8786)") from error
+    with client:
+        # pure: equal calls would be merged into one.
+        yield client.get_executor(pure=False, retries=LIVES)
+
+
+@contextmanager
+def worker_pool(address: str | None = None) -> Iterator[Executor | None]:
+    """An executor over all cores, or over a Dask cluster; None on a single core, where it would only cost."""
+    if address is not None:
+        with cluster(address) as remote:
+            yield remote
+        return
     count = cores()
     if count == 1:
         yield None
