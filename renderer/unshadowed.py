@@ -10,12 +10,12 @@ import math
 
 import numpy as np
 
-from .irradiance import irradiance
+from .closed_forms.irradiance import irradiance
+from .closed_forms.phong_lobe import phong_lobe
+from .closed_forms.sun import sun_irradiance
 from .light_points import colour, sun_directions
-from .phong_lobe import phong_lobe
 from .scene import QuadLight, SunLight
 from .shading import ShadingPoints, reflect
-from .sun import sun_irradiance
 from .vectors import Floats, column, cross, dot
 
 RADII, ANGLES = 12, 24

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from mpmath import mp
 
+from renderer.closed_forms.sun import sun_irradiance
 from renderer.scene import SunLight
-from renderer.sun import sun_irradiance
 from renderer.vectors import column
 
 

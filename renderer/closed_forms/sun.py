@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from .scene import SunLight
-from .vectors import Floats, column, dot
+from ..scene import SunLight
+from ..vectors import Floats, column, dot
 
 
 def sun_irradiance(light: SunLight, normals: Floats) -> Floats:

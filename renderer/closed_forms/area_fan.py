@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..vectors import Floats, cross, dot
 from . import double_double as dd
 from .double_double import Pair
 from .polygon_clip import DOUBT, Edge, Patch, ratio
 from .polygon_fan import Sectors, integrate, joined
-from .vectors import Floats, cross, dot
 
 BOUND = 2.0**-46
 """Relative error of the sum, 1.4e-14: quadrature, and the rounding of a hundred operations."""

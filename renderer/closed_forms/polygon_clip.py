@@ -14,9 +14,9 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ..vectors import Floats
 from . import double_double as dd
 from .double_double import Pair
-from .vectors import Floats
 
 Bools: TypeAlias = NDArray[np.bool_]
 

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .vectors import Floats, cross, dot, frame, unit
+from ..vectors import Floats, cross, dot, frame, unit
 
 NODES = 32
 """Gauss-Legendre nodes along an edge."""
