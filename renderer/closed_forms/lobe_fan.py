@@ -121,8 +121,8 @@ def dot2(a: Floats, b: Floats) -> Floats:
 
 def _see(patch: Patch, lobe: _Lobe, corner: Corner) -> _Seen:
     v = dd.value(patch.place(corner.s, corner.t))
-    length = np.sqrt(dot(v, v))
-    depth = np.maximum(corner.heights[1] / lobe.length, FAR * np.where(length > 0, length, 1.0))
+    # One and the same least depth for all corners: differences of depths stay those of the corners.
+    depth = np.maximum(corner.heights[1] / lobe.length, FAR * patch.extent)
     return _Seen(corner, v, depth, lobe.flat(v) / depth, np.maximum(corner.heights[0], 0) / depth)
 
 
@@ -132,6 +132,8 @@ def _step(patch: Patch, lobe: _Lobe, a: _Seen, b: _Seen) -> Floats:
     d = dd.value(patch.span(ds, dt))
     _, along, across = patch.slopes[1]
     deeper = dd.value(dd.add(dd.multiply(ds, along), dd.multiply(dt, across))) / lobe.length
+    # Two corners on the lobe's horizon are equally deep; what double-double leaves would be divided by FAR twice.
+    deeper = np.where((a.depth > b.depth) | (a.depth < b.depth), deeper, 0.0)
     return lobe.flat(d * a.depth - a.v * deeper) / (a.depth * b.depth)
 
 

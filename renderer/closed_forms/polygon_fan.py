@@ -31,8 +31,8 @@ Ints: TypeAlias = NDArray[np.integer[Any]]
 
 PANEL = 1.25
 """Largest length of a panel in u."""
-ACROSS, ALONG = 14, 15
-"""Nodes over half of x, and over a panel."""
+ACROSS, ACROSS_LOBE, ALONG = 14, 20, 15
+"""Nodes over half of x, the same for a lobe, and over a panel."""
 FALL = 40.0
 """e^-40 of the largest value is left out."""
 BLOCK = 256
@@ -105,8 +105,9 @@ def integrate(sectors: Sectors, count: int) -> tuple[Floats, Floats]:
     """
     total, least = np.zeros(count), np.ones(count)
     k = sectors.take(np.flatnonzero((sectors.distance != 0) & (sectors.length > 0))).from_nearer_end()
-    m = np.maximum(np.abs(k.distance), _lobe_width(k))
-    low, reach = np.arcsinh(k.start / m), _stretch(k.start / m, k.stop / m, k.length / m)
+    k, centre, m = _graded(k)
+    low = np.arcsinh((k.start - centre) / m)
+    reach = _stretch((k.start - centre) / m, (k.stop - centre) / m, k.length / m)
     pieces = np.maximum(np.ceil(reach / PANEL), 1).astype(np.int64)
     graded = (k.exponent > 0) & (k.exponent < FRACTIONAL)
     for grading in (False, True):
@@ -118,7 +119,7 @@ def integrate(sectors: Sectors, count: int) -> tuple[Floats, Floats]:
         for begin in range(0, sector.size, BLOCK):
             few = slice(begin, begin + BLOCK)
             index, width = sector[few], step[few]
-            part, cosine = _panels(k.take(index), m[index], low[index], number[few], width, grading)
+            part, cosine = _panels(k.take(index), centre[index], m[index], low[index], number[few], width, grading)
             total += np.bincount(k.owner[index], part, minlength=count)
             np.minimum.at(least, k.owner[index], cosine)
     return total, least
@@ -128,6 +129,36 @@ def _lobe_width(k: Sectors) -> Floats:
     """The scale on which |v|^-s varies along an edge."""
     steep = np.hypot(k.b_distance, k.b_along)
     return 1 / (1 + np.sqrt(k.exponent / 8) + k.exponent * steep / 8)
+
+
+def _graded(k: Sectors) -> tuple[Sectors, Floats, Floats]:
+    """The triangles, some as two, and for each the l about which its panels grow and on what scale.
+
+    Where an edge turns so that the lobe falls across instead of along the rays from v*, within 1/sqrt(s) of cosine 0,
+    the integral over x changes from a Gaussian to an exponential one: panels grow from there too.
+    """
+    m = np.maximum(np.abs(k.distance), _lobe_width(k))
+    nought = np.zeros_like(m)
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        turn = -k.b_distance * np.abs(k.distance) / k.b_along
+        scale = np.hypot(turn, k.distance) / (np.abs(k.b_along) * np.sqrt(k.exponent))
+        seen = (scale < m) & (np.abs(turn - np.clip(turn, k.start, k.stop)) < 8 * m)
+    one, two = np.flatnonzero(~seen), np.flatnonzero(seen)
+    if not two.size:
+        return k, nought, m
+    half = k.take(two)
+    middle = np.clip(turn[two] / 2, half.start, half.stop)
+    share = np.clip((middle - half.start) / half.length, 0, 1)
+    z = half.z_start * (1 - share) + half.z_stop * share
+    lower = replace(half, stop=middle, length=half.length * share, z_stop=z)
+    upper = replace(half, start=middle, length=half.length * (1 - share), z_start=z)
+    near_turn = turn[two] < 0  # the lower part is the one about the turn
+    centre = np.concatenate((nought[one], np.where(near_turn, turn[two], 0), np.where(near_turn, 0, turn[two])))
+    other = np.minimum(m[two], np.hypot(turn[two], scale[two]) / 2)
+    fine = [np.where(near, scale[two], other) for near in (near_turn, ~near_turn)]
+    every = joined([k.take(one), lower, upper])
+    kept = np.flatnonzero(every.length > 0)
+    return every.take(kept), centre[kept], np.concatenate((m[one], *fine))[kept]
 
 
 @cache
@@ -144,11 +175,13 @@ def _stretch(a: Floats, b: Floats, b_less_a: Floats) -> Floats:
     return np.where(one_sign, np.arcsinh(b_less_a * (np.abs(a + b) / far)), np.arcsinh(b) - np.arcsinh(a))
 
 
-def _panels(k: Sectors, m: Floats, low: Floats, number: Ints, width: Floats, graded: bool) -> tuple[Floats, Floats]:
+def _panels(
+    k: Sectors, centre: Floats, m: Floats, low: Floats, number: Ints, width: Floats, graded: bool
+) -> tuple[Floats, Floats]:
     """One panel's share of J for each of k triangles, and its least cosine."""
     g, w = np.polynomial.legendre.leggauss(ALONG)
     du = width * (number + ((g + 1) / 2)[:, None])
-    along = m * np.sinh(low + du)
+    along = centre + m * np.sinh(low + du)
     step = (w / 2)[:, None] * (width * m) * np.cosh(low + du)
     rho = np.hypot(along, k.distance)
     # (l - start) / length by sinh a - sinh b = 2 cosh((a + b)/2) sinh((a - b)/2): no difference.
@@ -175,9 +208,10 @@ def _across(rho: Floats, cosine: Floats, z_edge: Floats, z_star: Floats, s: Floa
             value *= np.exp(-s / 2 * np.log1p(chi * (2 * cosine + chi)))  # t^s, without the difference 1 - t
         return value
 
-    total = sum((w * term(middle * x, 1 - middle * x) for x, w in _rule(ACROSS)), np.zeros_like(rho))
+    rule = _rule(ACROSS_LOBE if lobe else ACROSS)
+    total = sum((w * term(middle * x, 1 - middle * x) for x, w in rule), np.zeros_like(rho))
     if not graded:
-        return last / 2 * sum((w * term(middle * (1 + x), 1 - middle * (1 + x)) for x, w in _rule(ACROSS)), total)
+        return last / 2 * sum((w * term(middle * (1 + x), 1 - middle * (1 + x)) for x, w in rule), total)
     # 1 - y = (1 - middle) zeta^6, zeta from 1 down to 1 - gap: no fractional power of y is left at y = 1.
     end = np.where(last < 1, 1 - 2 * middle, rest)
     log_end = np.where(middle < 0.25, np.log1p(-middle / (1 - middle)), np.log(end / (1 - middle)))
