@@ -22,9 +22,9 @@ from ..vectors import Floats
 
 NODES = (6, 10, 14, 20, 28, 40)
 """Numbers of nodes to choose from."""
-ELLIPSES = (1.4, 1.8, 2.5, 3.5, 5.0, 8.0, 15.0, 40.0)
+ELLIPSES = (1.4, 2.2, 3.5, 6.0, 12.0, 40.0)
 """Parameters r tried."""
-CUTS = 4
+CUTS = 5
 """How often a panel may be halved."""
 AT_ONCE = 16384
 """Values at once: their arrays fit into the cache."""
@@ -186,7 +186,7 @@ def nodes_needed(k: Panels) -> tuple[Floats, Floats, Floats]:
         # |sin x - sin y| >= 0.6 |x - y| here, and twice: 1 - t^2 has two poles' factors.
         inverse = np.where(tail, m / (0.36 * (k.c * k.half * gap) ** 2), (k.s / 2 + 1) * np.maximum(m, 1))
         error = 64 / 15 / (1 - r**-2) * k.half * (k.weight1 * m + k.weight2 * inverse)
-        fits = ((a2 < 2.46) | (k.s == 0)) & (b2 < 4) & (~tail | (pole_c > 1.02 * c))  # short of t = 0
+        fits = ((a2 < 2.4674) | (k.s == 0)) & (b2 < 4) & (~tail | (pole_c > 1.02 * c))  # short of t = 0
         needed = np.where(fits, np.log(error / tolerance) / (2 * np.log(r)), np.inf)
         rate = np.where(needed < best, 2 * np.log(r), rate)
         best = np.minimum(best, needed)

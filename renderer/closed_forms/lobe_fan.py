@@ -26,6 +26,8 @@ ANGLE = 2.0**-50
 GOOD = 0.01
 """A bound above which no value is given."""
 FAR = 1e-25
+"""Depth, over the size of things, of what lies on the lobe's horizon."""
+FALL = 45.0
 
 
 @dataclass(frozen=True)
@@ -76,12 +78,12 @@ def lobe_by_area(
 
     Where 106 bits cannot tell whether there is a light above both horizons, or where, the value is 0 and the bound 1.
     """
-    patch = Patch.seen(points, corner, ab, ac, [normals, mirror])
+    patch = Patch.seen(points, corner, ab, ac, [normals, mirror, _rim(corner - points, ab, ac, mirror, s)])
     volume, doubt = patch.volume()
     value, bound = np.zeros(s.size), np.ones(s.size)
     heights = np.array([corner.heights for corner in patch.outline()])  # corner, plane, point
-    tops = heights.max(axis=0)
-    unsure = np.stack([DOUBT * np.abs(plane).sum(axis=0) * patch.extent for plane in patch.planes])
+    tops = heights.max(axis=0)[:2]
+    unsure = np.stack([DOUBT * np.abs(plane).sum(axis=0) * patch.extent for plane in patch.planes[:2]])
     bound[((volume == 0) & ((doubt == 0) | (doubt > 1e-200))) | ((tops <= -unsure) | (tops == 0)).any(axis=0)] = 0.0
     some = np.flatnonzero((np.abs(volume) > doubt) & (tops > unsure).all(axis=0))
     if some.size:
@@ -94,9 +96,24 @@ def lobe_by_area(
     return value, bound
 
 
+def _rim(p: Floats, ab: Floats, ac: Floats, w: Floats, s: Floats) -> Floats:
+    """A plane (3, n) just above the lobe's horizon: what lies below it has t^s under e^-FALL of the peak's.
+
+    Without it the light would reach to infinity in the plane w . v = 1, over sixty powers of e.
+    """
+    corners = np.stack((p, p + ab, p + ab + ac, p + ac), axis=1)
+    size = np.sqrt(dot(corners, corners))
+    length = np.sqrt(dot(w, w))
+    t = dot(w[:, None], corners) / np.where(size > 0, size, 1.0) / length
+    best = np.argmax(t, axis=0)
+    deepest = np.take_along_axis(corners, best[None, None], axis=1)[:, 0]
+    share = np.maximum(t.max(axis=0), 0.0) * np.exp(-(FALL + 2 * np.log1p(s)) / (s + 0.5))
+    return np.asarray(w - unit(deepest) * share * length)
+
+
 def _fan(patch: Patch, volume: Floats, s: Floats) -> tuple[Floats, Floats, Floats]:
     """I, the relative error of all but the heights and the volume, and where nothing is above both horizons."""
-    n, w = patch.planes
+    n, w, _ = patch.planes
     lobe = _Lobe.about(w, n)
     edges = patch.clipped()
     dark = ~np.any([there for _, _, there in edges], axis=0)

@@ -33,6 +33,8 @@ GOOD = {np.dtype(np.float64): (2e-12, 1e-14), np.dtype(np.float32): (1e-4, 1e-5)
 the inputs' own rounding moves t^s by s tan(g) eps."""
 STEEPEST = 1000.0
 """Exponent up to which it is added."""
+FAINT = 1e-25
+"""Values below it may have three times that error: they lie where s tan(g) is large."""
 
 
 def phong_lobe(
@@ -76,7 +78,8 @@ def phong_lobe(
     lost = error < 0
     bound = np.divide(error, value, out=np.where(lost, 1.0, 0.0), where=value > 0)
     good, more = GOOD[kind]
-    bad = np.flatnonzero(~(error <= (good + more * np.minimum(s, STEEPEST)) * value) & ~lost)
+    enough = (good + more * np.minimum(s, STEEPEST)) * np.where(value < FAINT, 3, 1)
+    bad = np.flatnonzero(~(error <= enough * value) & ~lost)
     for start in range(0, bad.size, BLOCK):
         few = bad[start : start + BLOCK]
         taken = tuple(v[:, few] for v in given)
