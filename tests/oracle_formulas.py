@@ -8,6 +8,7 @@ with incomplete beta functions. Where terms cancel the precision is doubled unti
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 from mpmath import mp, mpf
 
@@ -189,7 +190,7 @@ class Arc:
 def gauss(f: Callable[[mpf], mpf], points: list[mpf]) -> mpf:
     """Integral over all panels, to 10 digits fewer than the working precision."""
     sums = mpf(0)
-    for a, b in zip(points, points[1:], strict=False):
+    for a, b in pairwise(points):
         if b > a:
             sums += panel(f, a, b)
     return sums

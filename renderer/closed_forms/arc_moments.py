@@ -89,19 +89,16 @@ def moments(panels: Panels, count: int) -> tuple[Floats, Floats, Floats]:
     In the forms TAIL and FAR both are divided by the peak's t^s, and J2 is the integral of -t^s / (1 - t^2).
     """
     totals = np.zeros((3, count), panels.half.dtype)
-    if not panels.half.size:
-        return totals[0], totals[1], totals[2]
     panels, asked, tolerance, rate = _cut_to_fit(panels)
     kind = np.searchsorted(np.array(NODES[:-1]), asked)
-    error = tolerance * np.exp(np.minimum(rate * np.maximum(asked - NODES[-1], 0), 600))
+    error = tolerance * np.exp(np.minimum(rate * np.maximum(asked - NODES[-1], 0), 80))
     totals[2] += np.bincount(panels.owner, error, minlength=count)
     for form in (FULL, TAIL, FAR):
         for number, nodes in enumerate(NODES):
             here = np.flatnonzero((panels.form == form) & (kind == number))
-            step = AT_ONCE // nodes
-            for start in range(0, here.size, step):
-                few = panels.take(here[start : start + step])
-                for total, part in zip(totals, _panels(few, form, nodes), strict=False):
+            for start in range(0, here.size, AT_ONCE // nodes):
+                few = panels.take(here[start : start + AT_ONCE // nodes])
+                for total, part in zip(totals, _sums(few, form, nodes), strict=False):
                     total += np.bincount(few.owner, part, minlength=count)
     return totals[0], totals[1], totals[2]
 
@@ -123,7 +120,7 @@ def _cut_to_fit(panels: Panels) -> tuple[Panels, Floats, Floats, Floats]:
     return joined, asked, tolerance, rate
 
 
-def _panels(k: Panels, form: int, nodes: int) -> tuple[Floats, Floats]:
+def _sums(k: Panels, form: int, nodes: int) -> tuple[Floats, Floats]:
     """J1 and J2 over each panel."""
     x, w = _rule(nodes)
     x, w = x.astype(k.half.dtype), w.astype(k.half.dtype)

@@ -86,7 +86,7 @@ def small_lobe(p: Floats, ab: Floats, ac: Floats, n: Floats, w: Floats, s: Float
             step = AT_ONCE // nodes[1]
             for start in range(0, here.size, step):
                 few = here[start : start + step]
-                value[few] = _sum(*(v[:, few] for v in (p, ab, ac, n, w)), s[few], nodes, form)
+                value[few] = _sum([v[..., few] for v in (p, ab, ac, n, w, s)], nodes, form)
     volume = dot(cross(ab, ac), light.centre)
     value *= np.abs(volume)
     some = pair >= 0
@@ -104,10 +104,9 @@ def _roundings(light: _Light, volume: Floats) -> Floats:
         return np.asarray(4 + largest / np.abs(volume) + size / light.least_z + 2 * light.s * tangent)
 
 
-def _sum(
-    p: Floats, ab: Floats, ac: Floats, n: Floats, w: Floats, s: Floats, nodes: tuple[int, int], far: bool
-) -> Floats:
+def _sum(vectors: list[Floats], nodes: tuple[int, int], far: bool) -> Floats:
     """Mean of t^s z / |v|^4 over the light."""
+    p, ab, ac, n, w, s = vectors
     centre = p + (ab + ac) / 2
     quarter = [(x / 2, v / 2) for x, v in map(np.polynomial.legendre.leggauss, nodes)]
     (a, wa), (b, wb) = ((x.astype(p.dtype), v.astype(p.dtype)) for x, v in quarter)

@@ -125,7 +125,9 @@ def _closed_forms(given: tuple[Floats, ...], s: Floats, kind: np.dtype[Any]) -> 
     cut = np.flatnonzero(~(above_n & above_w) & ~below_n & ~below_w)
     for index, clip in ((rest, False), (cut, True)):
         if index.size:
-            value[index], error[index] = lobe_by_edges(*(v[..., index] for v in vectors), clip)
+            p, e1, e2, n, w, few = (v[..., index] for v in vectors)
+            value[index], error[index] = lobe_by_edges(p, e1, e2, n, w, few, clip)
+    p, e1, e2 = vectors[:3]
     size = np.sqrt(dot(e1, e1) * dot(e2, e2) * dot(p, p))
     flat = np.abs(dot(cross(e1, e2), p)) <= 16 * np.finfo(kind).eps * size
     return value, np.where(flat & ~below_n & ~below_w, np.inf, error)
