@@ -26,8 +26,10 @@ FALL = {np.dtype(np.float64): 36.0, np.dtype(np.float32): 16.0}
 """t^s below e^-FALL of its peak is left out: a quarter of a rounding error."""
 OUTSIDE = 2.0
 """-log(t^s) at the peak beyond which the azimuths are dropped; up to there they cost e^2 roundings."""
-LOST = -660.0
+LOST = {np.dtype(np.float64): -660.0, np.dtype(np.float32): -60.0}
 """log(t^s) below which no value is given."""
+LOST_ERROR = {np.dtype(np.float64): -1.0, np.dtype(np.float32): np.inf}
+"""What is given for its error: float64 may know more than float32, nothing more than float64."""
 ROUNDINGS = 2.0
 """Error of a direction in units of eps, corners by the largest one over their distance; 0.9 measured."""
 
@@ -56,7 +58,7 @@ class _Circles:
 def lobe_by_edges(
     p: Floats, ab: Floats, ac: Floats, n: Floats, w: Floats, s: Floats, clip: bool
 ) -> tuple[Floats, Floats]:
-    """I and the bound of its absolute error, each (k,); the error is -1 where I lies below the range of numbers.
+    """I and the bound of its absolute error, each (k,); the error is -1 where t^s lies below 1e-286 everywhere.
 
     Parameters
     ----------
@@ -136,7 +138,7 @@ class _Peak:
         outside = (there & (k.q * side < -16 * eps * k.doubt)).any(axis=0)
         tail = outside & (log < -OUTSIDE)
         form = np.where(tail, np.where(near, TAIL, FAR), FULL)
-        return cls(log, s * np.sqrt(z) / t + 9 * np.sqrt(s), form, tail, tail & (log < LOST))
+        return cls(log, s * np.sqrt(z) / t + 9 * np.sqrt(s), form, tail, tail & (log < LOST[k.q.dtype]))
 
 
 def _boundary(k: _Circles, n: Floats, w: Floats, s: Floats, side: Floats) -> tuple[Floats, Floats]:
@@ -156,7 +158,7 @@ def _boundary(k: _Circles, n: Floats, w: Floats, s: Floats, side: Floats) -> tup
     rounding += np.abs(w_n) * (k.doubt * j2 + np.abs(k.q) * j2 * moved + np.abs(azimuth))
     size = (ROUNDINGS * eps * rounding + quadrature).sum(axis=0)
     scale = np.where(peak.tail, np.exp(np.maximum(peak.log, -700)), 1)
-    return np.where(peak.lost, 0, np.maximum(total, 0) * scale), np.where(peak.lost, -1, size * scale)
+    return np.where(peak.lost, 0, np.maximum(total, 0) * scale), np.where(peak.lost, LOST_ERROR[k.q.dtype], size * scale)
 
 
 def _core(k: _Circles, s: Floats, peak: _Peak) -> tuple[Floats, Floats]:

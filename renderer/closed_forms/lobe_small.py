@@ -89,7 +89,8 @@ def small_lobe(p: Floats, ab: Floats, ac: Floats, n: Floats, w: Floats, s: Float
                 value[few] = _sum([v[..., few] for v in (p, ab, ac, n, w, s)], nodes, form)
     volume = dot(cross(ab, ac), light.centre)
     value *= np.abs(volume)
-    some = pair >= 0
+    # Below that the range of numbers ends: another form must tell.
+    some = (pair >= 0) & (value > 1e20 * float(np.finfo(p.dtype).tiny))
     error[some] = (value * eps * ROUNDINGS * _roundings(light, volume))[some]
     return value, error
 
@@ -97,10 +98,10 @@ def small_lobe(p: Floats, ab: Floats, ac: Floats, n: Floats, w: Floats, s: Float
 def _roundings(light: _Light, volume: Floats) -> Floats:
     """Relative error in units of eps."""
     largest = 4 * np.sqrt(light.sides[0] * light.sides[1] * light.r2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        size = np.sqrt(light.r2)
-        far = np.sqrt(light.r2) + np.sqrt(light.sides[0]) + np.sqrt(light.sides[1])
-        tangent = np.sqrt(np.maximum((far / light.least_depth) ** 2 - 1, 0)) + 0 * size
+    size = np.sqrt(light.r2)
+    far = size + np.sqrt(light.sides[0]) + np.sqrt(light.sides[1])
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        tangent = np.sqrt(np.maximum((far / light.least_depth) ** 2 - 1, 0))
         return np.asarray(4 + largest / np.abs(volume) + size / light.least_z + 2 * light.s * tangent)
 
 
