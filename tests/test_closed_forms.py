@@ -130,9 +130,7 @@ def test_a_horizon_clip_that_drops_touching_edges_is_caught(monkeypatch):
 @pytest.mark.parametrize("power", [-40, 3, 55])
 def test_scaling_by_a_power_of_two_changes_no_bit(kind, power):
     cases = of_kind(RANDOM, kind)[:60]
-    scaled = [
-        {k: np.ldexp(v, power) if k in ("x", "P", "e1", "e2") else v for k, v in case.items()} for case in cases
-    ]
+    scaled = [{k: np.ldexp(v, power) if k in ("x", "P", "e1", "e2") else v for k, v in case.items()} for case in cases]
     for one, other in zip(evaluated(cases), evaluated(scaled), strict=True):
         assert (one == other).all()
 
@@ -172,7 +170,7 @@ def test_the_order_of_a_lights_sides_does_not_matter():
 
 
 def test_a_lobe_of_exponent_nought_and_one_are_known_integrals():
-    x, n, w, s, p, e1, e2 = on_a_grid(6, 300)
+    x, n, w, _, p, e1, e2 = on_a_grid(6, 300)
     both, bound = phong_lobe(x, n, n, 0.0, p, e1, e2)
     alone, other = irradiance(x, n, p, e1, e2)
     assert (np.abs(both - alone) <= both * bound + alone * other).all()
@@ -182,6 +180,6 @@ def test_a_lobe_of_exponent_nought_and_one_are_known_integrals():
 
 
 def test_a_lobe_shrinks_as_its_exponent_grows():
-    x, n, w, s, p, e1, e2 = on_a_grid(7, 300)
+    x, n, w, _, p, e1, e2 = on_a_grid(7, 300)
     values = np.array([phong_lobe(x, n, w, power, p, e1, e2)[0] for power in (0, 0.3, 1, 4, 20, 100, 1e3, 1e5)])
     assert (np.diff(values, axis=0) <= 1e-12 * values[:-1]).all()

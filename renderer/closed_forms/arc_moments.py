@@ -181,7 +181,9 @@ def nodes_needed(k: Panels) -> tuple[Floats, Floats, Floats]:
         m = np.exp(np.minimum(log_m, 600.0))
         gap = np.maximum(pole_c - c, 1e-6)
         # |sin x - sin y| >= 0.6 |x - y| here, and twice: 1 - t^2 has two poles' factors.
-        inverse = np.where(tail, m / (0.36 * (k.c * k.half * gap) ** 2), (k.s / 2 + 1) * np.maximum(m, 1))
+        inverse = np.where(
+            tail, m / np.maximum(0.36 * (k.c * k.half * gap) ** 2, 1e-30), (k.s / 2 + 1) * np.maximum(m, 1)
+        )
         error = 64 / 15 / (1 - r**-2) * k.half * (k.weight1 * m + k.weight2 * inverse)
         fits = ((a2 < 2.4674) | (k.s == 0)) & (b2 < 4) & (~tail | (pole_c > 1.02 * c))  # short of t = 0
         needed = np.where(fits, np.log(error / tolerance) / (2 * np.log(r)), np.inf)

@@ -158,7 +158,9 @@ def _boundary(k: _Circles, n: Floats, w: Floats, s: Floats, side: Floats) -> tup
     rounding += np.abs(w_n) * (k.doubt * j2 + np.abs(k.q) * j2 * moved + np.abs(azimuth))
     size = (ROUNDINGS * eps * rounding + quadrature).sum(axis=0)
     scale = np.where(peak.tail, np.exp(np.maximum(peak.log, -700)), 1)
-    return np.where(peak.lost, 0, np.maximum(total, 0) * scale), np.where(peak.lost, LOST_ERROR[k.q.dtype], size * scale)
+    return np.where(peak.lost, 0, np.maximum(total, 0) * scale), np.where(
+        peak.lost, LOST_ERROR[k.q.dtype], size * scale
+    )
 
 
 def _core(k: _Circles, s: Floats, peak: _Peak) -> tuple[Floats, Floats]:

@@ -55,7 +55,8 @@ class _Seen:
     """A corner, projected: where it is, how deep (w . v), and its height per depth."""
 
     corner: Corner
-    v: Floats
+    v: Pair
+    deep: Pair
     depth: Floats
     place: Floats
     height: Floats
@@ -137,31 +138,42 @@ def dot2(a: Floats, b: Floats) -> Floats:
 
 
 def _see(patch: Patch, lobe: _Lobe, corner: Corner) -> _Seen:
-    v = dd.value(patch.place(corner.s, corner.t))
+    v = patch.place(corner.s, corner.t)
+    base, along, across = patch.slopes[1]
+    deep = dd.add(base, dd.add(dd.multiply(corner.s, along), dd.multiply(corner.t, across)))
     # One and the same least depth for all corners: differences of depths stay those of the corners.
-    depth = np.maximum(corner.heights[1] / lobe.length, FAR * patch.extent)
-    return _Seen(corner, v, depth, lobe.flat(v) / depth, np.maximum(corner.heights[0], 0) / depth)
+    least = FAR * patch.extent * lobe.length
+    deep = dd.where(corner.heights[1] > least, deep, dd.exact(least))
+    depth = dd.value(deep) / lobe.length
+    return _Seen(corner, v, deep, depth, lobe.flat(dd.value(v)) / depth, np.maximum(corner.heights[0], 0) / depth)
 
 
 def _step(patch: Patch, lobe: _Lobe, a: _Seen, b: _Seen) -> Floats:
     """Projection of b less that of a, from v_b - v_a: (D (w.a) - a (w.D)) / ((w.a) (w.b)), D = b - a."""
+    # In double-double: where a and b lie in almost one direction the two terms cancel.
     ds, dt = dd.subtract(b.corner.s, a.corner.s), dd.subtract(b.corner.t, a.corner.t)
-    d = dd.value(patch.span(ds, dt))
-    _, along, across = patch.slopes[1]
-    deeper = dd.value(dd.add(dd.multiply(ds, along), dd.multiply(dt, across))) / lobe.length
-    # Two corners on the lobe's horizon are equally deep; what double-double leaves would be divided by FAR twice.
-    deeper = np.where((a.depth > b.depth) | (a.depth < b.depth), deeper, 0.0)
-    return lobe.flat(d * a.depth - a.v * deeper) / (a.depth * b.depth)
+    deeper = dd.subtract(b.deep, a.deep)
+    moved = dd.subtract(dd.multiply(a.deep, patch.span(ds, dt)), dd.multiply(deeper, a.v))
+    return lobe.flat(dd.value(moved)) / (a.depth * b.depth * lobe.length)
 
 
-def _between(patch: Patch, lobe: _Lobe, a: _Seen, b: _Seen, share: Floats) -> _Seen:
-    """The point at ``share`` of the way from a to b in the projection."""
-    near, far = share * a.depth, (1 - share) * b.depth
-    f = dd.exact(np.clip(ratio(near, near + far), 0.0, 1.0))
-    s = dd.add(a.corner.s, dd.multiply(f, dd.subtract(b.corner.s, a.corner.s)))
-    t = dd.add(a.corner.t, dd.multiply(f, dd.subtract(b.corner.t, a.corner.t)))
-    s, t = (dd.where(share >= 1, end, mid) for end, mid in ((b.corner.s, s), (b.corner.t, t)))
-    return _see(patch, lobe, patch.corner(s, t))
+def _closest(patch: Patch, lobe: _Lobe, a: _Seen, b: _Seen, to_a: Floats, to_b: Floats) -> tuple[_Seen, Bools, Bools]:
+    """The point from a to b closest to where ``to_a`` and ``to_b`` start, all projected; whether it is a, or b.
+
+    From the nearer end: the other may be 1e20 times as far.
+    """
+    step = _step(patch, lobe, a, b)
+    share, rest = (np.clip(ratio(x, dot2(step, step)), 0.0, 1.0) for x in (-dot2(to_a, step), dot2(to_b, step)))
+    near, far = share * a.depth, rest * b.depth
+    f, g = (dd.exact(ratio(x, near + far)) for x in (near, far))
+    ends = (a.corner.s, b.corner.s), (a.corner.t, b.corner.t)
+    s, t = (
+        dd.where(
+            near <= far, dd.add(u, dd.multiply(f, dd.subtract(v, u))), dd.add(v, dd.multiply(g, dd.subtract(u, v)))
+        )
+        for u, v in ends
+    )
+    return _see(patch, lobe, patch.corner(s, t)), share <= 0, rest <= 0
 
 
 def _peak(patch: Patch, lobe: _Lobe, edges: list[Edge], volume: Floats) -> _Apex:
@@ -171,8 +183,7 @@ def _peak(patch: Patch, lobe: _Lobe, edges: list[Edge], volume: Floats) -> _Apex
     inside = np.ones(volume.size, dtype=bool)
     for k, (start, stop, there) in enumerate(edges):
         a, b = _see(patch, lobe, start), _see(patch, lobe, stop)
-        step = _step(patch, lobe, a, b)
-        near = _between(patch, lobe, a, b, np.clip(ratio(-dot2(a.place, step), dot2(step, step)), 0.0, 1.0))
+        near, _, _ = _closest(patch, lobe, a, b, a.place, b.place)
         distance = dot2(near.place, near.place)
         better = there & (distance < best)
         found = near if found is None else _choose(better, near, found)
@@ -187,7 +198,8 @@ def _peak(patch: Patch, lobe: _Lobe, edges: list[Edge], volume: Floats) -> _Apex
 def _choose(mask: Bools, a: _Seen, b: _Seen) -> _Seen:
     return _Seen(
         a.corner.where(mask, b.corner),
-        np.where(mask, a.v, b.v),
+        dd.where(mask, a.v, b.v),
+        dd.where(mask, a.deep, b.deep),
         np.where(mask, a.depth, b.depth),
         np.where(mask, a.place, b.place),
         np.where(mask, a.height, b.height),
@@ -209,10 +221,9 @@ def _halves(patch: Patch, lobe: _Lobe, edge: Edge, apex: _Apex) -> list[Edge]:
     """An edge cut near its projection's point closest to the apex."""
     start, stop, there = edge
     a, b = _see(patch, lobe, start), _see(patch, lobe, stop)
-    step = _step(patch, lobe, a, b)
-    share = np.clip(ratio(-dot2(_offset(patch, lobe, apex, a), step), dot2(step, step)), 0.0, 1.0)
-    middle = _between(patch, lobe, a, b, share).corner
-    return [(start, middle, there & (share > 0)), (middle, stop, there & (share < 1))]
+    to_a, to_b = (_offset(patch, lobe, apex, v) for v in (a, b))
+    middle, first, last = _closest(patch, lobe, a, b, to_a, to_b)
+    return [(start, middle.corner, there & ~first), (middle.corner, stop, there & ~last)]
 
 
 def _sectors(patch: Patch, lobe: _Lobe, edge: Edge, number: int, apex: _Apex, volume: Floats, s: Floats) -> Sectors:

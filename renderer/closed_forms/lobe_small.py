@@ -91,7 +91,7 @@ def small_lobe(p: Floats, ab: Floats, ac: Floats, n: Floats, w: Floats, s: Float
     value *= np.abs(volume)
     # Below that the range of numbers ends: another form must tell.
     some = (pair >= 0) & (value > 1e20 * float(np.finfo(p.dtype).tiny))
-    error[some] = (value * eps * ROUNDINGS * _roundings(light, volume))[some]
+    error[some] = value[some] * (eps * ROUNDINGS * _roundings(light, volume)[some])
     return value, error
 
 

@@ -214,7 +214,9 @@ def _across(rho: Floats, cosine: Floats, z_edge: Floats, z_star: Floats, s: Floa
         return last / 2 * sum((w * term(middle * (1 + x), 1 - middle * (1 + x)) for x, w in rule), total)
     # 1 - y = (1 - middle) zeta^6, zeta from 1 down to 1 - gap: no fractional power of y is left at y = 1.
     end = np.where(last < 1, 1 - 2 * middle, rest)
-    log_end = np.where(middle < 0.25, np.log1p(-middle / (1 - middle)), np.log(end / (1 - middle)))
+    log_end = np.where(
+        middle < 0.25, np.log1p(-np.minimum(middle, 0.25) / (1 - np.minimum(middle, 0.25))), np.log(end / (1 - middle))
+    )
     gap = -np.expm1(log_end / GRADE)
     upper = np.zeros_like(rho)
     for x, w in _rule(GRADED_NODES):
