@@ -27,7 +27,7 @@ GOOD = 0.01
 """A bound above which no value is given."""
 FAR = 1e-25
 """Depth, over the size of things, of what lies on the lobe's horizon."""
-FALL = 45.0
+FALL = 60.0
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,8 @@ def lobe_by_area(
 
     Where 106 bits cannot tell whether there is a light above both horizons, or where, the value is 0 and the bound 1.
     """
-    patch = Patch.seen(points, corner, ab, ac, [normals, mirror, _rim(corner - points, ab, ac, mirror, s)])
+    whole = Patch.seen(points, corner, ab, ac, [normals, mirror])
+    patch = Patch.seen(points, corner, ab, ac, [normals, mirror, _rim(whole, s)])
     volume, doubt = patch.volume()
     value, bound = np.zeros(s.size), np.ones(s.size)
     heights = np.array([corner.heights for corner in patch.outline()])  # corner, plane, point
@@ -97,19 +98,20 @@ def lobe_by_area(
     return value, bound
 
 
-def _rim(p: Floats, ab: Floats, ac: Floats, w: Floats, s: Floats) -> Floats:
+def _rim(patch: Patch, s: Floats) -> Floats:
     """A plane (3, n) just above the lobe's horizon: what lies below it has t^s under e^-FALL of the peak's.
 
     Without it the light would reach to infinity in the plane w . v = 1, over sixty powers of e.
     """
-    corners = np.stack((p, p + ab, p + ab + ac, p + ac), axis=1)
-    size = np.sqrt(dot(corners, corners))
+    w = patch.planes[1]
     length = np.sqrt(dot(w, w))
-    t = dot(w[:, None], corners) / np.where(size > 0, size, 1.0) / length
-    best = np.argmax(t, axis=0)
-    deepest = np.take_along_axis(corners, best[None, None], axis=1)[:, 0]
-    share = np.maximum(t.max(axis=0), 0.0) * np.exp(-(FALL + 2 * np.log1p(s)) / (s + 0.5))
-    return np.asarray(w - unit(deepest) * share * length)
+    deepest, most = np.zeros_like(w), np.zeros_like(s)
+    for start, _, there in patch.clipped():
+        v = dd.value(patch.place(start.s, start.t))
+        size = np.sqrt(dot(v, v))
+        t = np.where(there, ratio(start.heights[1], size * length), 0.0)
+        deepest, most = np.where(t > most, unit(v), deepest), np.maximum(t, most)
+    return np.asarray(w - deepest * (most * length * np.exp(-(FALL + 2 * np.log1p(s)) / (s + 0.5))))
 
 
 def _fan(patch: Patch, volume: Floats, s: Floats) -> tuple[Floats, Floats, Floats]:
