@@ -24,6 +24,17 @@ def colour_difference(z: np.ndarray[Any, Any]) -> np.ndarray[Any, np.dtype[np.ui
     return (255 * shade[..., :3]).round().astype(np.uint8)
 
 
+def write_difference(path: Path, z: np.ndarray[Any, Any]) -> None:
+    """Write signed standard errors (h, w): EXR as numbers of one channel, PNG in colours."""
+    if path.suffix == ".exr":
+        write_image(path, z[None])
+        return
+    from PIL import Image
+
+    with replacing(path) as beside:
+        Image.fromarray(colour_difference(z)).save(beside)
+
+
 def write_pictures(answer: Answer, folder: Path) -> dict[str, str]:
     """Write a row's images into ``folder``; returns what is where, by name."""
     found = {"ours.png": answer.ours.first, "ours.exr": answer.ours.mean}
@@ -34,12 +45,10 @@ def write_pictures(answer: Answer, folder: Path) -> dict[str, str]:
     names = list(found)
     if answer.reference is not None:
         z = standard_errors(answer.ours, answer.reference, answer.row["passes"])
-        with replacing(folder / "difference.png") as beside:
-            from PIL import Image
-
-            Image.fromarray(colour_difference(z)).save(beside)
+        write_difference(folder / "difference.exr", z)
+        write_difference(folder / "difference.png", z)
         _overview(answer, z, folder / "overview.png")
-        names += ["difference.png", "overview.png"]
+        names += ["difference.exr", "difference.png", "overview.png"]
     return {name.replace(".", "_"): f"{folder.name}/{name}" for name in names}
 
 

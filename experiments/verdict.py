@@ -20,7 +20,7 @@ from renderer.image import Image
 from renderer.vectors import Floats
 
 from .course import CourseScore, course_score
-from .statistics import TILES, Bias, Bools, Level, denoised_root, pooled_bias, resting_on, tile_biases
+from .statistics import TILES, Bias, Bools, Level, denoised_root, error_of_mean, pooled_bias, resting_on, tile_biases
 
 ROUNDING = 2e-6
 """Relative rounding of Mitsuba's float32 radiance, as measured on noise-free pixels (5e-7 to 2e-6)."""
@@ -61,6 +61,7 @@ class Verdict:
     tiles: Floats
     tile_p: Floats
     shaded: Bools
+    noise: dict[str, float | None]
 
 
 def standard_errors(ours: Image, reference: Reference, passes: int) -> Floats:
@@ -132,7 +133,22 @@ def judge(ours: Image, reference: Reference, *, passes: int, margin: float, leve
         tiles=tiles.bias / scale,
         tile_p=tiles.p,
         shaded=judged,
+        noise=_noise_of_figures(ours, reference, judged, scale, bias),
     )
+
+
+def _noise_of_figures(
+    ours: Image, reference: Reference, judged: Bools, scale: float, bias: Bias
+) -> dict[str, float | None]:
+    """The standard errors by which two runs are compared, and one pass's mean square error without the reference's."""
+    square = ((ours.first - reference.mean).mean(axis=0) ** 2 - reference.pixel_standard_error**2) / scale**2
+    return {
+        "bias_relative_standard_error": bias.standard_error / scale,
+        "bias_relative_freedom": bias.freedom,
+        "variance_standard_error": error_of_mean(ours.pixel_variance, judged),
+        "mse_relative": float(square[judged].mean()) if judged.any() else None,
+        "mse_relative_standard_error": error_of_mean(square, judged),
+    }
 
 
 def pixel_counts(ours: Image) -> dict[str, int]:

@@ -66,7 +66,7 @@ def test_check_writes_results_and_pictures(small, tmp_path):
     assert {"renderer", "version", "variant", "samples", "standard_error_relative"} <= row["reference"].keys()
     folder = out / "a scene ü"
     assert {p.name for p in folder.iterdir()} == {
-        *("ours.png", "ours.exr", "reference.png", "reference.exr", "difference.png", "overview.png")
+        *("ours.png", "ours.exr", "reference.png", "reference.exr", "difference.png", "difference.exr", "overview.png")
     }
     assert not list(out.rglob(".*"))
 

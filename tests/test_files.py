@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from experiments.files import replacing, to_levels, write_image
+from experiments.files import folder_name, read_exr, replacing, to_levels, write_image
 from renderer.errors import InputError
 
 RADIANCE = np.random.default_rng(0).random((3, 5, 7)) * 2
@@ -25,6 +25,21 @@ def test_png_is_clamped_truncated_and_has_no_gamma(tmp_path):
 def test_npy_keeps_every_bit(tmp_path):
     write_image(tmp_path / "a.npy", RADIANCE)
     np.testing.assert_array_equal(np.load(tmp_path / "a.npy", allow_pickle=False), RADIANCE.transpose(1, 2, 0))
+
+
+@pytest.mark.parametrize("name", ["..", ".", "", "a/../../b", "/etc", "..\\x", "a\0b"])
+def test_a_folder_named_after_a_scene_lies_inside(name, tmp_path):
+    assert (tmp_path / folder_name(name)).resolve().parent == tmp_path.resolve()
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_exr_is_read_as_it_was_written(tmp_path, channels):
+    write_image(tmp_path / "a.exr", RADIANCE[:channels])
+    np.testing.assert_array_equal(read_exr(tmp_path / "a.exr"), RADIANCE[:channels].astype(np.float32))
+    (tmp_path / "b.exr").write_bytes((tmp_path / "a.exr").read_bytes()[:100])
+    for name in ("b.exr", "gone.exr"):
+        with pytest.raises(InputError, match="readable EXR"):
+            read_exr(tmp_path / name)
 
 
 def test_exr_keeps_float32(tmp_path):
