@@ -86,6 +86,11 @@ class Answer:
     reference: Reference | None
     verdict: Verdict | None
 
+    def _repr_html_(self) -> str:
+        from .notebook import answer_html
+
+        return answer_html(self)
+
 
 def seeds(seed: int, *names: str) -> list[int]:
     """Three seeds (pilot, ours, reference) that depend on the names but not on any order."""
@@ -275,6 +280,7 @@ def _row(head: dict[str, Any], verdict: Verdict, reference: Reference, seconds: 
     return {
         **head,
         **figures,
+        **verdict.noise,
         "course_bias": verdict.course.bias,
         "course_mse": verdict.course.mse,
         "course_expected": verdict.course.expected,
