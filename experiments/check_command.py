@@ -13,6 +13,8 @@ from renderer.scene import Scene
 
 from .catalogue import load
 from .check import Question, References, check
+from .exports import write_exports
+from .files import folder_name
 from .pictures import write_pictures
 from .results import document, exit_code, write_json
 from .statistics import Level
@@ -73,6 +75,7 @@ def run_check(
     def save() -> None:
         if target and target != "-":
             write_json(document(rows, alpha=question.level.alpha), target)
+        write_exports(document(rows, alpha=question.level.alpha), options)
 
     with worker_pool() as pool:
         for name, scene in zip(names, scenes, strict=True):
@@ -87,7 +90,7 @@ def run_check(
                 )
             rows.append(answer.row)
             if out:
-                answer.row["images"] = write_pictures(answer, out / scene.name)
+                answer.row["images"] = write_pictures(answer, out / folder_name(scene.name))
             save()
     if target == "-":
         write_json(document(rows, alpha=question.level.alpha), target)

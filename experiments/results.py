@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from renderer.errors import InputError
+
 from .files import replacing
 
 SCHEMA = 1
@@ -97,6 +99,28 @@ def write_json(content: dict[str, Any], target: str) -> None:
         return
     with replacing(Path(target)) as beside:
         beside.write_text(text, encoding="utf-8")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """A results file.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it is not one of this schema.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError("results", str(path), f"a results.json ({error.strerror})") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError("results", str(path), f"a results.json ({error})") from error
+    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
+        raise InputError("results", str(path), f"a results.json of schema {SCHEMA}")
+    rows = content.get("rows")
+    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+        raise InputError("results", str(path), "a results.json whose rows are a list of objects")
+    return content
 
 
 def exit_code(rows: list[dict[str, Any]]) -> int:

@@ -1,0 +1,63 @@
+"""What every table, page and file says of a row in the same words."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+Row = dict[str, Any]
+Status = Literal["failing", "undecided", "as claimed", "shown"]
+
+
+def experiment_of(row: Row) -> str:
+    """Which experiment a row belongs to; the main job's rows are ``check``."""
+    return str(row.get("experiment") or "check")
+
+
+def status(row: Row) -> Status:
+    """What a row counts as; ``shown`` where it claims nothing."""
+    if "as_claimed" not in row:
+        return "shown"
+    claimed = row["as_claimed"]
+    return "undecided" if claimed is None else "as claimed" if claimed else "failing"
+
+
+def method(row: Row) -> str:
+    """The estimator with its samples: "area 25 stratified"."""
+    name = str(row.get("estimator") or row.get("method") or "")
+    if row.get("samples") is None or name == "analytic":
+        return name
+    return f"{name} {row['samples']}{' stratified' if row.get('stratified') else ''}"
+
+
+def title(row: Row) -> str:
+    """A row's name: experiment (but for the main job's), scene and method."""
+    experiment = experiment_of(row)
+    parts = ("" if experiment == "check" else f"{experiment}:", str(row.get("scene") or ""), method(row))
+    return " ".join(part for part in parts if part) or experiment
+
+
+def number(value: Any) -> float | None:
+    """A finite number, or None."""
+    fits = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    return float(value) if fits else None
+
+
+def percent(value: Any, digits: int = 3, sign: bool = False) -> str:
+    """A share in percent; empty where there is none."""
+    found = number(value)
+    if found is None:
+        return ""
+    rounded = round(100 * found, digits) + 0.0  # no sign before zeros
+    return f"{rounded:{'+' if sign else ''}.{digits}f} %".replace("-", "−")
+
+
+def count(number_of: int, what: str) -> str:
+    """ "1 row", "2 rows"."""
+    return f"{number_of} {what}{'' if number_of == 1 else 's'}"
+
+
+def urgent_first(rows: list[Row]) -> list[Row]:
+    """Failing rows, then undecided ones, then the rest, each in their order."""
+    order: dict[Status, int] = {"failing": 0, "undecided": 1, "as claimed": 2, "shown": 3}
+    return sorted(rows, key=lambda row: order[status(row)])

@@ -1,0 +1,151 @@
+"""Error against samples and against time, from whatever rows have both.
+
+A row is a point where it has a relative RMS error and the seconds of one image: the rows of a check, and those
+of an experiment with ``scene``, ``estimator``, ``renderer`` ("ours" unless it says otherwise), ``samples``,
+``rms_relative`` and ``seconds`` (a number, a list of raw times, or an object with "median").
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from statistics import median
+from typing import Any
+
+from .rows import Row, experiment_of, number
+
+TARGETS = (1e-2, 1e-3, 1e-4)
+"""Relative RMS errors people ask the time of; the middle one first."""
+
+
+def seconds_of(row: Row) -> float | None:
+    """Seconds of one image; None where none were taken."""
+    told = row.get("seconds")
+    if isinstance(told, dict):
+        if "median" in told:
+            return number(told["median"])
+        ours, passes = number(told.get("ours")), number(row.get("passes"))
+        return ours / max(passes, 1) if ours is not None and passes is not None else None
+    if isinstance(told, list):
+        times = [time for time in map(number, told) if time is not None]
+        return median(times) if times else None
+    return number(told)
+
+
+def error_of(row: Row) -> float | None:
+    """Relative RMS error of one image; the reference's own noise taken out where the row allows it."""
+    square = number(row.get("mse_relative"))
+    if square is not None:
+        # Below three standard errors the reference's noise is all there is.
+        floor = 3 * (number(row.get("mse_relative_standard_error")) or 0.0)
+        return math.sqrt(square) if square > floor else None
+    return number(row.get("rms_relative"))
+
+
+def is_mitsuba(row: Row) -> bool:
+    """Whether a row tells of Mitsuba's own image rather than of ours."""
+    return str(row.get("renderer", "ours")).lower().startswith("mitsuba")
+
+
+@dataclass(frozen=True)
+class Point:
+    """One image's samples, seconds and relative RMS error."""
+
+    samples: float | None
+    seconds: float | None
+    error: float
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One method on one scene.
+
+    Parameters
+    ----------
+    label : str
+    mitsuba : bool
+    points : tuple of Point
+        By samples.
+    """
+
+    label: str
+    mitsuba: bool
+    points: tuple[Point, ...]
+
+    def seconds_to(self, error: float) -> tuple[float, bool] | None:
+        """Seconds to reach an error, and whether that is extrapolated; None where it is out of reach or untimed.
+
+        Between two points log error is linear in log time; beyond the last it falls with the root of time, unless
+        it has stopped falling. Before the first there is nothing cheaper.
+        """
+        timed = sorted((p.seconds, p.error) for p in self.points if p.seconds and p.error > 0)
+        if not timed:
+            return None
+        for (t0, e0), (t1, e1) in pairwise(timed):
+            if e0 >= error >= e1 and e0 > e1:
+                share = math.log(e0 / error) / math.log(e0 / e1)
+                return t0 * (t1 / t0) ** share, False
+        if timed[0][1] <= error:
+            return timed[0][0], False
+        if self._levels_off(timed):
+            return None
+        return timed[-1][0] * (timed[-1][1] / error) ** 2, True
+
+    @staticmethod
+    def _levels_off(timed: list[tuple[float, float]]) -> bool:
+        """Whether the last step falls slower than the fourth root of time: a floor is near."""
+        if len(timed) < 2:
+            return False
+        (t0, e0), (t1, e1) = timed[-2:]
+        return t1 > t0 and math.log(e0 / e1) < 0.25 * math.log(t1 / t0)
+
+
+def curves(rows: list[Row], scene: str) -> list[Curve]:
+    """Every method's curve on a scene, those with most points first."""
+    found: dict[tuple[str, bool], set[Point]] = {}
+    for row in rows:
+        error = error_of(row)
+        if row.get("scene") == scene and error is not None:
+            key = _label(row), is_mitsuba(row)
+            found.setdefault(key, set()).add(Point(number(row.get("samples")), seconds_of(row), error))
+    made = [
+        Curve(label, mitsuba, tuple(sorted(points, key=lambda p: (p.samples or 0, p.seconds or 0))))
+        for (label, mitsuba), points in found.items()
+    ]
+    return sorted(made, key=lambda curve: -len(curve.points))
+
+
+def _label(row: Row) -> str:
+    name = str(row.get("estimator") or row.get("method") or "")
+    told = f"{name}{' stratified' if row.get('stratified') else ''}"
+    return told if not is_mitsuba(row) else f"Mitsuba {told}".strip()
+
+
+@dataclass(frozen=True)
+class Race:
+    """The quickest of ours and of Mitsuba's to an error on one scene: label, seconds, extrapolated or not."""
+
+    scene: str
+    ours: tuple[str, float, bool]
+    mitsuba: tuple[str, float, bool]
+
+    @property
+    def ratio(self) -> float:
+        """How many times as long Mitsuba takes."""
+        return self.mitsuba[1] / self.ours[1]
+
+
+def races(rows: list[Row], error: float = TARGETS[1]) -> list[Race]:
+    """Scene by scene, where both renderers were timed by an experiment."""
+    timed = [row for row in rows if experiment_of(row) != "check"]
+    found = []
+    for scene in dict.fromkeys(str(row["scene"]) for row in timed if row.get("scene")):
+        best: dict[bool, Any] = {}
+        for curve in curves(timed, scene):
+            reached = curve.seconds_to(error)
+            if reached and (curve.mitsuba not in best or reached[0] < best[curve.mitsuba][1]):
+                best[curve.mitsuba] = (curve.label, *reached)
+        if len(best) == 2:
+            found.append(Race(scene, best[False], best[True]))
+    return found
