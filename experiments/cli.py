@@ -88,6 +88,14 @@ def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+def export_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options that write results for other programs."""
+    for name, words in (("csv", "CSV"), ("junit", "JUnit XML"), ("summary", "Markdown under 1 MiB")):
+        help_text = f"Write the rows there as {words}."
+        command = click.option(f"--{name}", metavar="FILE", type=click.Path(dir_okay=False), help=help_text)(command)
+    return command
+
+
 @main.command()
 @click.argument("scenes", metavar="SCENE...", nargs=-1)
 @click.option("--classic", is_flag=True, help="All classic scenes.")
@@ -97,6 +105,7 @@ def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.option("--timeout", type=float, default=600.0, show_default=True, help="Seconds for one reference.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the pictures and results.json.")
 @click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output).")
+@export_options
 def check(scenes: tuple[str, ...], classic: bool, **options: Any) -> None:
     """Compare our image of each SCENE with Mitsuba's: bias, RMS, their intervals, a verdict.
 
@@ -188,6 +197,42 @@ def doctor() -> None:
     sys.exit(EXIT["as claimed"] if ready else EXIT["no reference"])
 
 
+@main.command()
+@click.argument("folder", type=click.Path(path_type=Path), metavar="OUT")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="REPORT.html")
+def report(folder: Path, output: Path) -> None:
+    """One offline HTML file from the folder OUT alone: verdicts, images to flip through, figures.
+
+    Exit status 1 where nothing was measured.
+
+    \b
+    nusselt check --classic --out out; nusselt report out -o report.html
+    """
+    from .report import write_report
+
+    with progress_bar("report") as tell:
+        rows = write_report(folder, output, tell)
+    sys.exit(EXIT["as claimed" if rows else "not as claimed"])
+
+
+@main.command()
+@click.argument("baseline", type=click.Path(path_type=Path), metavar="BASELINE.json")
+@click.argument("results", type=click.Path(path_type=Path), metavar="RESULTS.json")
+@click.option("--alpha", type=float, default=1e-3, show_default=True, help="Family-wise false-alarm rate.")
+def compare(baseline: Path, results: Path, alpha: float) -> None:
+    """What changed between two runs beyond their noise; 1 where anything is worse or missing. Time is told alone.
+
+    \b
+    nusselt compare baseline.json out/results.json
+    """
+    from .compare import compare as compare_files
+
+    found = compare_files(baseline, results, alpha)
+    for line in found.lines():
+        click.echo(line)
+    sys.exit(found.status)
+
+
 @main.command(name="list")
 def list_command() -> None:
     """Scenes, estimators and experiments, one line each."""
@@ -201,13 +246,17 @@ def list_command() -> None:
         click.echo(f"  {kind.name:18} {kind.summary}")
 
 
+ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv")
+"""Options of a check that no row depends on."""
+
+
 def shell_command(scene: str, options: dict[str, Any]) -> str:
     """The command that makes one row again."""
     words = ["nusselt", "check", scene]
     defaults = {param.name: param.default for param in check.params}
     for param in check.params:
         value = options.get(str(param.name))
-        if param.name in ("classic", "out", "target", "scenes") or value is None or value == defaults[param.name]:
+        if param.name in ELSEWHERE or value is None or value == defaults[param.name]:
             continue
         if value is True:
             words.append(param.opts[0])

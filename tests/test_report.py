@@ -1,0 +1,285 @@
+"""The report's page as text: what is in it, what cannot get into it, how large it is."""
+
+from __future__ import annotations
+
+import base64
+import re
+import zlib
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from report_folder import HOSTILE, RASTER, row, small_folder, timed, write_images
+from test_cli import run
+
+from experiments.facts import facts, headline
+from experiments.report import page as page_module
+from experiments.report import write_report
+from experiments.report.figures import BUDGET as FIGURES
+from experiments.report.pixels import BUDGET, averaged, averaged_difference, encode, normaliser, pack_all, total_size
+from experiments.results import document, write_json
+from experiments.speed import Curve, Point, curves, races, seconds_of
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return small_folder(tmp_path_factory.mktemp("folder"))
+
+
+@pytest.fixture(scope="module")
+def page(folder, tmp_path_factory) -> str:
+    path = tmp_path_factory.mktemp("page") / "report.html"
+    assert write_report(folder, path) == 17
+    return path.read_text(encoding="utf-8")
+
+
+class Elements(HTMLParser):
+    """Every element with its attributes, and which were left open."""
+
+    VOID = ("meta", "link", "img", "input", "br")
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: list[tuple[str, dict]] = []
+        self.open: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        self.found.append((tag, dict(attributes)))
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        self.found.append((tag, dict(attributes)))
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def test_the_page_is_well_formed_and_every_name_is_its_own(page):
+    elements = Elements(page)
+    assert elements.open == []
+    names = [attributes["id"] for _, attributes in elements.found if "id" in attributes]
+    assert len(names) == len(set(names))
+
+
+def test_nothing_in_the_page_leads_out_of_it(page):
+    for tag, attributes in Elements(page).found:
+        for name in ("src", "href", "xlink:href", "action"):
+            target = attributes.get(name, "#")
+            assert target.startswith(("#", "data:")), (tag, target)
+    assert "default-src 'none'" in page
+    assert "@import" not in page
+    assert "url(http" not in page
+
+
+def test_hostile_names_are_text(page):
+    for tag, attributes in Elements(page).found:
+        assert tag != "script" or attributes.get("type") in (None, "text/plain", "application/json")
+        assert not any(name.startswith("on") for name in attributes)
+    assert page.count("<script>") == 1
+    assert "{{ 7 * 7 }}" in page
+    assert "&lt;script&gt;window.hacked=1" in page
+
+
+def test_the_first_line_is_the_verdict(page):
+    heading = re.search("<h1.*?</h1>", page, re.DOTALL).group()
+    assert "1 of 8 rows is not as claimed, 1 undecided" in heading
+
+
+def test_the_page_depends_on_the_folder_alone(folder, page, tmp_path):
+    write_report(folder, tmp_path / "again.html")
+    assert (tmp_path / "again.html").read_text(encoding="utf-8") == page
+
+
+def test_images_outside_the_folder_are_not_read(tmp_path):
+    inner = tmp_path / "inner"
+    entry = row("a")
+    entry["images"] = write_images(tmp_path, "outside", RASTER, RASTER, RASTER[0])
+    entry["images"] = {name: f"../{path}" for name, path in entry["images"].items()}
+    write_json(document([entry]), str(inner / "results.json"))
+    write_report(inner, tmp_path / "page.html")
+    assert "are not in the folder" in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def test_the_command_refuses_what_is_no_folder_of_results(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("empty").mkdir()
+    Path("bad").mkdir()
+    Path("bad/results.json").write_text("{")
+    for name in ("gone", "empty", "bad"):
+        status, said, error = run("report", name, "-o", "page.html")
+        assert (status, said) == (2, "")
+        assert name in error
+    assert not Path("page.html").exists()
+
+
+@pytest.mark.parametrize("more", [{}, {"reference": {}}, {"images": None}, {"pixels": {}}, {"bias_interval": [0, 1]}])
+def test_rows_of_few_figures_are_shown(more, tmp_path):
+    write_json(document([{"experiment": "stability", "as_claimed": True} | more]), str(tmp_path / "results.json"))
+    write_report(tmp_path, tmp_path / "page.html")
+    assert "stability" in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("more", [{"tile_p": "x"}, {"margin": 1e-3, "bias_relative": 0, "bias_interval": [0]}])
+def test_rows_that_make_no_sense_are_bad_input(more, tmp_path):
+    write_json(document([{"scene": "a", "as_claimed": True} | more]), str(tmp_path / "results.json"))
+    status, said, error = run("report", tmp_path, "-o", tmp_path / "page.html")
+    assert (status, said) == (2, "")
+    assert "rows as the commands write them" in error
+    assert not (tmp_path / "page.html").exists()
+
+
+def test_no_rows_are_a_failure_that_says_so(tmp_path):
+    write_json(document([]), str(tmp_path / "results.json"))
+    assert run("report", tmp_path, "-o", tmp_path / "page.html")[0] == 1
+    assert "Nothing was measured" in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def decoded(blob: bytes, exponent: int, shape: tuple[int, ...]) -> np.ndarray:
+    """What the page's script makes of a blob."""
+    planes = np.frombuffer(zlib.decompress(blob), np.uint8).astype(np.uint16).reshape(2, -1)
+    halves = (planes[0] << 8 | planes[1]).view(np.float16).astype(float)
+    return np.ldexp(halves, exponent).reshape(shape)
+
+
+@pytest.mark.parametrize("scale", [1e-30, 1e-3, 1.0, 1e6, 1e30])
+def test_radiance_comes_back_to_eleven_bits_at_any_scale(scale):
+    layer = np.random.default_rng(0).uniform(1e-4, 1, (3, 20, 30)) * scale
+    exponent = normaliser(layer)
+    again = decoded(encode(layer, exponent), exponent, layer.shape)
+    np.testing.assert_allclose(again, layer, rtol=2**-11)
+    coarse = decoded(encode(layer, exponent, bits=5), exponent, layer.shape)
+    np.testing.assert_allclose(coarse, layer, rtol=2**-6 + 2**-11)
+
+
+def test_what_is_not_finite_stays_so():
+    layer = np.array([[[np.nan, np.inf, -np.inf, 1.0, 0.0]]])
+    again = decoded(encode(layer, normaliser(layer), bits=5), normaliser(layer), layer.shape)
+    np.testing.assert_array_equal(again, layer)
+
+
+def test_blocks_are_means_also_where_they_do_not_fill_the_edge():
+    layer = np.arange(3 * 5 * 7, dtype=float).reshape(3, 5, 7)
+    small = averaged(layer, 2)
+    assert small.shape == (3, 3, 4)
+    assert small[1, 0, 0] == pytest.approx(layer[1, :2, :2].mean())
+    assert small[2, 2, 3] == layer[2, 4, 6]
+    assert small[0, 1, 3] == pytest.approx(layer[0, 2:4, 6].mean())
+
+
+def test_the_difference_of_blocks_is_still_in_standard_errors():
+    """Null data: 4 x 4 blocks of unit normal differences, each pixel with its own known error; chi-square at 1e-6."""
+    from scipy import stats
+
+    rng = np.random.default_rng(2)
+    sigma = rng.uniform(0.5, 2, (1, 402, 402))
+    z = rng.normal(size=sigma.shape)
+    found = averaged_difference(z, z * sigma, 4)
+    square = float((found**2).sum())
+    assert stats.chi2.isf(1 - 5e-7, found.size) < square < stats.chi2.isf(5e-7, found.size)
+
+
+def test_images_that_are_too_large_are_made_coarser_until_they_fit():
+    layers = {"ours": np.random.default_rng(3).random((3, 64, 64)), "reference": np.ones((3, 64, 64))}
+    whole = pack_all([lambda: layers, None], 10**7)
+    assert whole[1] is None
+    assert whole[0].info["factor"] == 1
+    half = pack_all([lambda: layers, lambda: layers], budget=total_size(whole) // 3)
+    assert {packed.info["factor"] for packed in half} == {2}
+    assert total_size(half) <= total_size(whole) // 3
+    assert pack_all([lambda: layers], budget=10) == [None]
+
+
+def test_rows_of_one_reference_share_its_bytes():
+    layers = {"ours": np.ones((3, 8, 8)), "reference": np.random.default_rng(4).random((3, 8, 8))}
+    one, two = pack_all([lambda: layers], 10**7), pack_all([lambda: layers, lambda: layers], 10**7)
+    assert total_size(one) == total_size(two)
+
+
+def test_the_page_keeps_to_its_size(monkeypatch, tmp_path):
+    """With a twentieth of the budget: images and figures keep to it, and the rest is small; 60 rows leave room."""
+    monkeypatch.setattr(page_module, "BUDGET", BUDGET // 20)
+    rng = np.random.default_rng(5)
+    noisy = rng.random((3, 240, 320)) + 0.5
+    rows = [row("big") | {"images": write_images(tmp_path, "big", noisy, noisy[::-1], rng.normal(size=(240, 320)))}]
+    rows += [row(f"scene {k}") for k in range(9)]
+    write_json(document(rows, alpha=1e-3), str(tmp_path / "results.json"))
+    for k in range(4):
+        (tmp_path / f"figure-{k}.png").write_bytes(rng.bytes(700_000))
+    write_report(tmp_path, tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    images = sum(map(len, re.findall(r'<script type="text/plain" id="p[0-9a-f]{16}">([^<]+)</script>', page)))
+    figures = sum(map(len, re.findall(r'<img src="data:image/png;base64,([^"]+)"', page)))
+    rest = len(page) - images - figures
+    assert "mean of 2 × 2" in page
+    assert 0 < images <= BUDGET / 20 * 4 / 3
+    assert 0 < figures <= FIGURES * 4 / 3 + 100
+    assert "beside it in the folder: figure-1.png, figure-2.png, figure-3.png" in page
+    assert BUDGET * 4 / 3 + FIGURES * 4 / 3 + 6 * rest < 15e6
+
+
+def test_time_to_an_error_is_interpolated_extrapolated_or_out_of_reach():
+    def curve(*points):
+        return Curve("c", False, tuple(Point(None, t, e) for t, e in points))
+
+    assert curve((1, 0.1), (100, 0.01)).seconds_to(10**-1.5) == (pytest.approx(10), False)
+    assert curve((1, 0.1), (100, 0.01)).seconds_to(1e-3) == (pytest.approx(1e4), True)
+    assert curve((1, 0.1), (2, 0.09999)).seconds_to(1e-3) is None  # it has stopped falling
+    assert curve(
+        (3, 1e-9),
+    ).seconds_to(1e-3) == (3, False)
+    assert curve((None, 0.1)).seconds_to(1e-3) is None
+
+
+def test_the_race_is_between_the_quickest_of_both_sides():
+    rows = [*timed("a", "ours", "area", 0.01), *timed("a", "ours", "slow", 1.0), *timed("a", "mitsuba", "direct", 0.03)]
+    (race,) = races(rows)
+    assert race.ratio == pytest.approx(3)
+    assert (race.ours[0], race.mitsuba[0]) == ("area", "Mitsuba direct")
+    assert "3 × as fast" in {fact.answer for fact in facts(document(rows))}
+    assert not races([row("a")])
+
+
+def test_seconds_are_of_one_image_however_they_are_told():
+    assert seconds_of({"seconds": {"ours": 8.0}, "passes": 4}) == 2
+    assert seconds_of({"seconds": {"median": 3.0}}) == 3
+    assert seconds_of({"seconds": [1.0, 5.0, 2.0]}) == 2
+    assert seconds_of({"seconds": None}) is None
+
+
+def test_points_without_noise_of_their_own_make_no_curve():
+    below = row("a") | {"mse_relative": 1e-9, "mse_relative_standard_error": 1e-6}
+    above = row("a") | {"mse_relative": 1e-4, "mse_relative_standard_error": 1e-6}
+    assert not curves([below], "a")
+    assert curves([above], "a")[0].points[0].error == pytest.approx(1e-2)
+
+
+@pytest.mark.parametrize(
+    ("rows", "tone", "said"),
+    [
+        ([], "bad", "Nothing was measured"),
+        ([timed("a", "ours", "area", 1)[0]], "bad", "Nothing was measured"),
+        ([row("a")], "good", "The one row agrees with Mitsuba 3.9.1"),
+        ([row("a"), row("b", "differs", True)], "good", "All 2 rows are as claimed"),
+        ([row("a"), row("b", "differs", False)], "bad", "1 of 2 rows is not as claimed"),
+        ([row("a"), row("b", "undecided", None)], "open", "1 of 2 rows undecided"),
+    ],
+)
+def test_the_headline_is_the_worst_that_is_true(rows, tone, said):
+    found = headline(rows)
+    assert found[0] == tone
+    assert said in found[1]
+    assert len(facts(document(rows))) == 5
+
+
+def test_blobs_are_base64_of_what_was_packed(page):
+    blobs = re.findall(r'<script type="text/plain" id="p[0-9a-f]{16}">([^<]+)</script>', page)
+    assert len(blobs) == 5  # one image is ours in a row and the reference in another
+    for text in blobs:
+        assert len(zlib.decompress(base64.b64decode(text))) in (2 * 3 * 48 * 64, 2 * 48 * 64)
+
+
+def test_hostile_names_are_all_there(page):
+    assert page.count('class="open"') == 3 + len(HOSTILE)
