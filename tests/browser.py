@@ -43,6 +43,8 @@ def chromium(profile: Path, dark: bool = False, size: tuple[int, int] = (1280, 1
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 
+    if why := missing():  # or Selenium would go and fetch one
+        raise RuntimeError(why)
     options = webdriver.ChromeOptions()
     options.binary_location = str(_chromium())
     for switch in (*SWITCHES, f"--user-data-dir={profile}", f"--window-size={size[0]},{size[1]}"):
