@@ -92,7 +92,7 @@ class Comparison:
     alpha : float
         The chance that anything noisy is named although nothing changed.
     detectable : float or None
-        The change of variance that half of the rows would show, relative, with 99 % power.
+        The change of variance that half of the noisy rows would show, relative, with 99 % power.
     times : tuple of (str, float)
         Seconds an image, new over old; told, never judged.
     """
@@ -122,7 +122,7 @@ class Comparison:
             f"{count(self.rows, 'row')}, {count(self.tests, 'noisy figure')}, family-wise level {self.alpha:g}."
         )
         if self.detectable is not None:
-            told.append(f"Half of the rows would show a change of variance of {self.detectable:.1%}.")
+            told.append(f"Half of the noisy rows would show a change of variance of {self.detectable:.1%}.")
         if self.times:
             ratios = [ratio for _, ratio in self.times]
             spread = f"{min(ratios):.2f} to {max(ratios):.2f}"
