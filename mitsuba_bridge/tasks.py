@@ -11,6 +11,7 @@ import mitsuba as mi
 import numpy as np
 
 from . import phong
+from .patches import patches
 from .render_reference import Array, Progress, reference
 from .scene_dict import bsdf_dict, scene_dict
 
@@ -101,4 +102,5 @@ TASKS: dict[str, Task] = {
     "surface": surface,
     "chi_squared": chi_squared,
     "image": image,
+    "patches": patches,
 }

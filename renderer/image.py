@@ -22,6 +22,7 @@ from .edges import Tolerance, near_edges
 from .estimators.protocol import Estimator
 from .geometry import Geometry, build_geometry
 from .needs import LeftOut, Needs, find_needs
+from .recentre import near_origin
 from .scene import Scene
 from .vectors import Floats
 from .view import View, look
@@ -244,6 +245,7 @@ def render(
     -------
     Image
     """
+    scene = near_origin(scene)
     job = Job(scene, estimator, seed, passes, everything, tolerance)
     parts = tiles(scene, estimator.samples)
     _, needs = prepare(scene, everything)
