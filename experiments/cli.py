@@ -173,6 +173,56 @@ def export(scene: str, output: Path, lenient: bool, two_sided: bool) -> None:
         click.echo(note, err=True)
 
 
+def _reporting(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options of every experiment."""
+    for option in (
+        click.option("--quick", is_flag=True, help="Small images, few samples."),
+        click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True),
+        click.option("--out", type=click.Path(path_type=Path), help="Folder for figures, tables and results.json."),
+        click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output)."),
+    ):
+        command = option(command)
+    return command
+
+
+@main.command()
+@click.argument("names", metavar="NAME...|all", nargs=-1, required=True)
+@click.option("--scenes", multiple=True, metavar="SCENE", help="Instead of the experiment's own; may be repeated.")
+@_reporting
+def run(names: tuple[str, ...], scenes: tuple[str, ...], quick: bool, seed: int, **where: Any) -> None:
+    """Run experiments; what is finished in the folder is not done again (see: nusselt list).
+
+    \b
+    nusselt run random-vs-stratified soft-shadows --out out
+    nusselt run all --quick --out out
+    """
+    from .runs.command import Request, chosen, run_experiments
+    from .runs.declared import Settings
+    from .suite import EXPERIMENTS
+
+    settings = Settings(quick, seed, tuple(scenes))
+    sys.exit(run_experiments(chosen(names, EXPERIMENTS), Request(settings, **where), progress_bar))
+
+
+@main.command()
+@click.argument("cases", metavar="CASES.json...", nargs=-1)
+@_reporting
+def stability(cases: tuple[str, ...], quick: bool, seed: int, **where: Any) -> None:
+    """The closed forms on stiff and extreme cases, against values known to many digits.
+
+    Without files: the project's own cases, and whole images against their scaled, moved or exact twins.
+
+    \b
+    nusselt stability --out out
+    nusselt stability my-cases.json --json -
+    """
+    from .runs.command import Request
+    from .runs.declared import Settings
+    from .stiff.command import run_stability
+
+    sys.exit(run_stability(cases, Request(Settings(quick, seed), **where), progress_bar))
+
+
 @main.command()
 def doctor() -> None:
     """Versions, variants, which LLVM and why; what is missing and the command that mends it."""
@@ -238,12 +288,17 @@ def list_command() -> None:
     """Scenes, estimators and experiments, one line each."""
     from renderer.estimators import ESTIMATORS
 
+    from .suite import EXPERIMENTS
+
     click.echo("scenes")
     for name in catalogue.CLASSIC:
         click.echo(f"  {name:18} {catalogue.summary(name)}")
     click.echo("estimators")
     for kind in ESTIMATORS:
         click.echo(f"  {kind.name:18} {kind.summary}")
+    click.echo("experiments")
+    for experiment in EXPERIMENTS:
+        click.echo(f"  {experiment.name:20} {experiment.summary}")
 
 
 ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv")
