@@ -1,0 +1,64 @@
+"""Which occluders can matter: a conservative shaft for a block of points, then a ball against each point's cone.
+
+The shaft is the convex hull of the points' box and the light's (Haines & Wallace 1994): a piece wholly outside one
+of its planes hides nothing from any of the points.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..geometry import Ints
+from ..vectors import Floats, dot
+
+ROOM = 1e-9
+"""How far outside, relative to the sizes, a piece must be: rounding never drops one."""
+
+
+def shaft_planes(points: Floats, light: Floats) -> tuple[Floats, Floats]:
+    """Planes n . p <= d, n (3, k), that hold the boxes of points (3, n) and light (3, m).
+
+    The sides of the common box, and in each coordinate plane the lines that touch both rectangles.
+    """
+    low = np.stack((points.min(axis=1), light.min(axis=1)))
+    high = np.stack((points.max(axis=1), light.max(axis=1)))
+    normals = [*np.eye(3), *-np.eye(3)]
+    offsets = [*high.max(axis=0), *-low.min(axis=0)]
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        corners = np.array([[(a[i], b[j]) for a in (low[k], high[k]) for b in (low[k], high[k])] for k in (0, 1)])
+        everything = corners.reshape(8, 2)
+        for a in corners[0]:
+            for b in corners[1]:
+                step = b - a
+                height = (everything - a) @ np.array([step[1], -step[0]])
+                for sign in (1.0, -1.0):
+                    if step.any() and (sign * height <= 0).all():
+                        n = np.zeros(3)
+                        n[i], n[j] = sign * step[1], -sign * step[0]
+                        normals.append(n)
+                        offsets.append(n[i] * a[0] + n[j] * a[1])
+    return np.array(normals).T, np.array(offsets)
+
+
+def in_shaft(center: Floats, radius: Floats, points: Floats, light: Floats) -> Ints:
+    """Balls that reach into the shaft between points and a light's corners."""
+    n, d = shaft_planes(points, light)
+    size = np.abs(points).max() + np.abs(light).max() + np.abs(center).max(initial=0)
+    length = np.sqrt(dot(n, n))[:, None]
+    outside = dot(n[:, :, None], center[:, None]) - d[:, None] > length * (radius + ROOM * size)
+    return np.flatnonzero(~outside.any(axis=0))
+
+
+def reaching(center: Floats, radius: Floats, points: Floats, planes: Floats, normal: Floats) -> tuple[Ints, Ints]:
+    """Pairs (point, ball), ascending in point, whose ball reaches the cone of planes (3, p, n) and the horizon."""
+    all_planes = np.concatenate((planes, normal[:, None]), axis=1)
+    length = np.sqrt(dot(all_planes, all_planes))
+    base = dot(all_planes, points[:, None])
+    size = np.abs(points).max(initial=0) + np.abs(center).max(initial=0)
+    reaches = np.ones((points.shape[1], radius.size), dtype=bool)
+    for k in range(all_planes.shape[1]):
+        height = all_planes[:, k].T @ center
+        height -= base[k][:, None]
+        reaches &= height > -length[k][:, None] * (radius + ROOM * size)
+    point, ball = np.nonzero(reaches)
+    return point, ball
