@@ -13,6 +13,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..exact.quad import QuadShadows, Tally
+from ..exact.standing import Standing
 from ..needs import Needs, Source
 from ..scene import QuadLight
 from ..shading import ShadingPoints
@@ -82,7 +83,7 @@ LARGEST = 20_000
 
 
 def _too_large(source: Source) -> bool:
-    return source.blockers.triangles.size > LARGEST or source.blockers.ellipsoids.size > 0
+    return source.blockers.triangles.size > LARGEST
 
 
 def _may_sample(source: Source) -> bool:
@@ -90,8 +91,5 @@ def _may_sample(source: Source) -> bool:
         return False
     if not isinstance(source.light, QuadLight) or _too_large(source):
         return True
-    if source.blockers.triangles.size <= MOST:
-        return False
-    from ..exact.occluders import occluders
-
-    return occluders(source.blockers.geometry, source.light).among(source.blockers).size > MOST
+    standing = Standing.before(source.light, source.blockers)
+    return standing.pieces.size + standing.balls.size > MOST or bool(standing.round.awkward[standing.balls].any())

@@ -13,9 +13,13 @@ import numpy as np
 
 from ..geometry import Ints
 from ..vectors import Floats
+from .circles import CircleArcs, circle_arcs
 from .fans import Fan
 from .light_cone import Bools, LightCone
 from .lines import joined, remaining
+from .rounds import Rounds
+
+Group = Fan | Rounds
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,7 @@ class Contour:
     candidates : (n,) int64
         Occluders that meet the light.
     arcs : Arcs
+    circles : list of CircleArcs
         The contour for the other points.
     """
 
@@ -55,14 +60,15 @@ class Contour:
     hidden: Bools
     candidates: Ints
     arcs: Arcs
+    circles: list[CircleArcs]
 
 
-def visible_contour(light: LightCone, fans: list[Fan], inside: Ints, shortcuts: bool, most: int) -> Contour:
+def visible_contour(light: LightCone, groups: list[Group], inside: Ints, shortcuts: bool, most: int) -> Contour:
     """The visible contour for every point of a light's cones.
 
     Parameters
     ----------
-    fans : list of Fan
+    groups : list of Fan or Rounds
         All pairs of a point and an occluder that may matter.
     inside : (k,) int64
         Points inside an occluder: hidden.
@@ -74,32 +80,39 @@ def visible_contour(light: LightCone, fans: list[Fan], inside: Ints, shortcuts: 
     n = light.start.shape[2]
     hidden = np.zeros(n, dtype=bool)
     hidden[inside] = True
-    hides = [fan.hides(light) for fan in fans]
+    hides = [group.hides(light) for group in groups]
     if shortcuts:
-        for fan, (lo, hi) in zip(fans, hides, strict=True):
-            hidden[fan.point[(((lo <= 0) & (hi >= 1)) | ~light.live[:, fan.point]).all(axis=0)]] = True
+        for group, (lo, hi) in zip(groups, hides, strict=True):
+            hidden[group.point[(((lo <= 0) & (hi >= 1)) | ~light.live[:, group.point]).all(axis=0)]] = True
     candidates = np.zeros(n, dtype=np.int64)
-    kept, edges = [], []
-    for fan, spans in zip(fans, hides, strict=True):
-        some = np.flatnonzero(~hidden[fan.point])
-        fan, spans = fan.take(some), (spans[0][:, some], spans[1][:, some])
-        before = fan.before(light)
-        meets = np.ones(some.size, dtype=bool)
-        if shortcuts:
-            meets = (spans[0] < spans[1]).any(axis=0) | (before[0] < before[1]).any(axis=0)
-        some = np.flatnonzero(meets)
-        candidates += np.bincount(fan.point[some], minlength=n)
-        kept.append((fan.take(some), spans[0][:, some], spans[1][:, some]))
-        edges.append((before[0][:, some], before[1][:, some]))
+    kept, spans, inner = [], [], []
+    for group, (lo, hi) in zip(groups, hides, strict=True):
+        some = np.flatnonzero(~hidden[group.point])
+        few, inwards = group.take(some), None
+        meets = ((lo < hi) & light.live[:, group.point]).any(axis=0)[some]
+        if isinstance(few, Fan):
+            inwards = few.before(light)
+            meets |= (inwards[0] < inwards[1]).any(axis=0)
+        else:
+            meets |= few.reaches(light)
+        where = np.flatnonzero(meets) if shortcuts else np.arange(some.size)
+        candidates += np.bincount(few.point[where], minlength=n)
+        kept.append(few.take(where))
+        spans.append((lo[:, some[where]], hi[:, some[where]]))
+        inner.append(None if inwards is None else (inwards[0][:, where], inwards[1][:, where]))
     exact = (candidates <= most) & ~hidden & ((candidates > 0) | (not shortcuts))
-    arcs = [_light_arcs(light, kept, exact)]
-    fans = [fan for fan, _, _ in kept]
-    for own, (fan, (lo, hi)) in enumerate(zip(fans, edges, strict=True)):
-        arcs.append(_outline_arcs(fan, own, lo, hi, fans, exact))
-    arcs = [part for part in arcs if part.point.size]
-    whole = _concatenated(arcs)
-    empty = exact & (np.bincount(whole.point, minlength=n) == 0)
-    return Contour((candidates == 0) & ~hidden, hidden | empty, candidates, whole)
+    arcs, circles = [_light_arcs(light, kept, spans, exact)], []
+    for own, (group, part) in enumerate(zip(kept, inner, strict=True)):
+        if isinstance(group, Rounds):
+            circles.append(circle_arcs(light, group, own, kept, exact))
+        elif part is not None:
+            arcs.append(_outline_arcs(group, own, *part, kept, exact))
+    whole = _concatenated([part for part in arcs if part.point.size])
+    pieces = np.bincount(whole.point, minlength=n)
+    for found in circles:
+        pieces += np.bincount(found.cone.point, minlength=n)
+    lit = (candidates == 0) & ~hidden
+    return Contour(lit, hidden | (exact & (pieces == 0)), candidates, whole, circles)
 
 
 def _concatenated(arcs: list[Arcs]) -> Arcs:
@@ -113,11 +126,11 @@ def _concatenated(arcs: list[Arcs]) -> Arcs:
     )
 
 
-def _light_arcs(light: LightCone, kept: list[tuple[Fan, Floats, Floats]], exact: Bools) -> Arcs:
+def _light_arcs(light: LightCone, kept: list[Group], spans: list[tuple[Floats, Floats]], exact: Bools) -> Arcs:
     """The light's edges outside every outline."""
     e, n = light.live.shape
     numbers, los, his = [np.empty(0, dtype=np.int64)], [np.empty(0)], [np.empty(0)]
-    for fan, lo, hi in kept:
+    for fan, (lo, hi) in zip(kept, spans, strict=True):
         k = np.flatnonzero((lo < hi) & light.live[:, fan.point] & exact[fan.point])
         edge, pair = np.divmod(k, fan.point.size) if fan.point.size else (k, k)
         numbers.append(edge * n + fan.point[pair])
@@ -129,7 +142,7 @@ def _light_arcs(light: LightCone, kept: list[tuple[Fan, Floats, Floats]], exact:
     return _arcs(found, found[0] % n, start[:, found[0]], end[:, found[0]], 1.0)
 
 
-def _outline_arcs(fan: Fan, own: int, lo: Floats, hi: Floats, fans: list[Fan], exact: Bools) -> Arcs:
+def _outline_arcs(fan: Fan, own: int, lo: Floats, hi: Floats, groups: list[Group], exact: Bools) -> Arcs:
     """The edges of a fan's outlines inside the light and outside every other outline."""
     k = np.flatnonzero((lo < hi) & exact[fan.point])
     q = max(fan.point.size, 1)
@@ -138,7 +151,7 @@ def _outline_arcs(fan: Fan, own: int, lo: Floats, hi: Floats, fans: list[Fan], e
     end = fan.corners[:, (edge + 1) % fan.corners.shape[1], pair]
     t0, t1 = lo.ravel()[k], hi.ravel()[k]
     numbers, los, his = [np.empty(0, dtype=np.int64)], [np.empty(0)], [np.empty(0)]
-    for other, against in enumerate(fans):
+    for other, against in enumerate(groups):
         count = np.bincount(against.point, minlength=exact.size)
         i, j = joined(point, np.cumsum(count) - count, count)
         if other == own:

@@ -21,20 +21,16 @@ from ..light_points import colour
 from ..needs import Source
 from ..scene import QuadLight
 from ..shading import ShadingPoints
-from ..shadows import PLANE_ULPS
 from ..unshadowed import quad_light
 from ..vectors import Floats, dot
+from .circles import lambert_circles
 from .contour import Contour, visible_contour
-from .fans import Fan, fans_of
-from .kernels import lambert_arcs, lobe_arcs
-from .light_cone import LightCone, cut_cone, light_corners, whole_cone
-from .occluders import Occluders, occluders
-from .shaft import in_shaft, reaching
+from .kernels import lambert_arcs, lobe_arcs, lobe_circles
+from .light_cone import cut_cone, light_corners, whole_cone
+from .standing import Standing, portions
 
 BLOCK = 2048
 """Points handled at once."""
-PAIRS = 1 << 14
-"""Pairs of a point and an occluder handled at once."""
 
 ROUTES = ("unlit", "lit", "hidden", "exact", "sampled")
 
@@ -73,23 +69,20 @@ class QuadShadows:
     def radiance(self) -> tuple[Floats, Ints, Tally]:
         """Reflected radiance (3, n); the points (k,) left to sampling, which are 0; the routes taken."""
         points, tally = self.points, Tally()
-        out, left = np.zeros((3, points.count)), []
+        out, lit, left = np.zeros((3, points.count)), [], []
         whole, cut = self._sides()
         tally.add("unlit", points.count - whole.size - cut.size)
-        bodies = occluders(self.source.blockers.geometry, self.light)
-        pieces = bodies.among(self.source.blockers)
-        lit = []
+        standing = Standing.before(self.light, self.source.blockers)
         for index, clipped in ((whole, False), (cut, True)):
             for start in range(0, index.size, BLOCK):
-                some = index[start : start + BLOCK]
-                free, sampled = self._block(some, clipped, bodies, pieces, out, tally)
+                free, sampled = self._block(index[start : start + BLOCK], clipped, standing, out, tally)
                 lit.append(free)
                 left.append(sampled)
-        free = np.concatenate([*lit, np.empty(0, dtype=np.int64)])
+        free = np.sort(np.concatenate([*lit, np.empty(0, dtype=np.int64)]))
         tally.add("lit", free.size)
         if free.size:
-            few = points if free.size == points.count else points.take(np.sort(free))
-            out[:, np.sort(free)] = quad_light(few, self.light, self.source.glossy)
+            few = points if free.size == points.count else points.take(free)
+            out[:, free] = quad_light(few, self.light, self.source.glossy)
         sampled = np.sort(np.concatenate([*left, np.empty(0, dtype=np.int64)]))
         tally.add("sampled", sampled.size)
         return out, sampled, tally
@@ -103,68 +96,53 @@ class QuadShadows:
         return np.flatnonzero(facing & (bottom >= 0) & (top > 0)), np.flatnonzero(facing & (bottom < 0) & (top > 0))
 
     def _block(
-        self, index: Ints, clipped: bool, bodies: Occluders, pieces: Ints, out: Floats, tally: Tally
+        self, index: Ints, clipped: bool, standing: Standing, out: Floats, tally: Tally
     ) -> tuple[Ints, Ints]:
         """Fill in the points that are not lit or sampled; those that are."""
-        none = np.empty(0, dtype=np.int64)
-        position, normal = self.points.position[:, index], self.points.normal[:, index]
-        corners = light_corners(self.light, position)
-        if self.shortcuts and pieces.size:
-            lamp = corners[:, :, 0] + position[:, [0]]
-            pieces = pieces[in_shaft(bodies.center[:, pieces], bodies.radius[pieces], position, lamp)]
-        if self.shortcuts and pieces.size == 0:
-            return index, none
-        cone = cut_cone(corners, normal) if clipped else whole_cone(corners)
+        points = self.points.take(index)
+        corners = light_corners(self.light, points.position)
         if self.shortcuts:
-            point, ball = reaching(bodies.center[:, pieces], bodies.radius[pieces], position, cone.planes, normal)
-        else:
-            point, ball = np.nonzero(np.ones((index.size, pieces.size), dtype=bool))
+            standing = standing.near(points.position, corners[:, :, 0] + points.position[:, [0]])
+            if standing.none:
+                return index, np.empty(0, dtype=np.int64)
+        cone = cut_cone(corners, points.normal) if clipped else whole_cone(corners)
+        pairs = standing.pairs(points, cone.planes, self.shortcuts)
+        awkward = np.unique(pairs.point[pairs.awkward])
+        work = np.unique(pairs.point) if self.shortcuts else np.arange(index.size)
         free, left = np.ones(index.size, dtype=bool), np.zeros(index.size, dtype=bool)
-        work = np.unique(point) if self.shortcuts else np.arange(index.size)
-        free[work] = False
-        for some, pairs in _portions(work, point):
-            local = np.searchsorted(some, point[pairs])
-            chosen = self.points.take(index[some])
-            fans, inside = fans_of(chosen.position, bodies, local, pieces[ball[pairs]])
-            fans = [above for fan in fans if (above := _above(fan, chosen)).point.size]
-            found = visible_contour(cone.take(some), fans, inside, self.shortcuts, self.most)
+        free[work], left[awkward] = False, True
+        for some, portion in portions(np.setdiff1d(work, awkward), pairs.point):
+            chosen = points.take(some)
+            groups, inside = standing.groups(chosen, some, pairs, portion)
+            found = visible_contour(cone.take(some), groups, inside, self.shortcuts, self.most)
             many = (found.candidates > self.most) & ~found.hidden
-            free[some[found.lit]] = self.shortcuts
-            left[some[many]] = True
-            done = ~many & ~(found.lit & self.shortcuts)
+            lit = found.lit & self.shortcuts
+            free[some[lit]], left[some[many]] = True, True
+            done = np.flatnonzero(~many & ~lit)
             out[:, index[some[done]]] = self._reflected(chosen, found)[:, done]
             tally.add("hidden", found.hidden.sum())
-            tally.add("exact", (done & ~found.hidden).sum())
+            tally.add("exact", done.size - found.hidden.sum())
         return index[free], index[left]
 
     def _reflected(self, points: ShadingPoints, found: Contour) -> Floats:
         """Reflected radiance (3, n) of the contour's arcs."""
         arcs, n = found.arcs, points.count
         share = arcs.sign * lambert_arcs(arcs.start, arcs.end, points.normal[:, arcs.point])
-        value = np.maximum(np.bincount(arcs.point, share, n), 0.0) / 2
-        out = points.diffuse * (value / math.pi)
+        total = np.bincount(arcs.point, share, n)
+        for part in found.circles:
+            share = lambert_circles(part, points.normal[:, part.cone.point])
+            total -= np.bincount(part.cone.point, share, n)
+        out = points.diffuse * (np.maximum(total, 0.0) / (2 * math.pi))
         if self.source.glossy and points.is_glossy:
             k = np.flatnonzero(points.specular.max(axis=0)[arcs.point] > 0)
             p = arcs.point[k]
             n_p, w_p, s_p = points.normal[:, p], points.mirror[:, p], points.shininess[p]
             share = arcs.sign[k] * lobe_arcs(arcs.start[:, k], arcs.end[:, k], n_p, w_p, s_p)
-            out += points.specular * (np.maximum(np.bincount(p, share, n), 0.0) / (2 * math.pi))
+            total = np.bincount(p, share, n)
+            for part in found.circles:
+                k = np.flatnonzero(points.specular.max(axis=0)[part.cone.point] > 0)
+                p, part = part.cone.point[k], part.take(k)
+                share = lobe_circles(part, points.normal[:, p], points.mirror[:, p], points.shininess[p])
+                total -= np.bincount(p, share, n)
+            out += points.specular * (np.maximum(total, 0.0) / (2 * math.pi))
         return np.asarray(out * colour(self.light))
-
-
-def _above(fan: Fan, points: ShadingPoints) -> Fan:
-    """Without the outlines that lie below the horizon, or in it to rounding."""
-    height = dot(points.normal[:, None, fan.point], fan.corners)
-    size = np.abs(fan.corners).max(axis=(0, 1)) + np.abs(points.position).max(axis=0)[fan.point]
-    return fan.take(np.flatnonzero(height.max(axis=0) > 8 * PLANE_ULPS * size))
-
-
-def _portions(work: Ints, point: Ints) -> list[tuple[Ints, slice]]:
-    """Points (ascending) in portions of at most PAIRS pairs, and the slice of their pairs."""
-    first = np.searchsorted(point, work)
-    portion = np.r_[0, np.flatnonzero(np.diff(first // PAIRS)) + 1, work.size] if work.size else np.array([0])
-    out = []
-    for a, b in zip(portion[:-1], portion[1:], strict=True):
-        stop = first[b] if b < work.size else point.size
-        out.append((work[a:b], slice(int(first[a]), int(stop))))
-    return out

@@ -26,17 +26,16 @@ def shaft_planes(points: Floats, light: Floats) -> tuple[Floats, Floats]:
     offsets = [*high.max(axis=0), *-low.min(axis=0)]
     for i, j in ((0, 1), (1, 2), (2, 0)):
         corners = np.array([[(a[i], b[j]) for a in (low[k], high[k]) for b in (low[k], high[k])] for k in (0, 1)])
-        everything = corners.reshape(8, 2)
-        for a in corners[0]:
-            for b in corners[1]:
-                step = b - a
-                height = (everything - a) @ np.array([step[1], -step[0]])
-                for sign in (1.0, -1.0):
-                    if step.any() and (sign * height <= 0).all():
-                        n = np.zeros(3)
-                        n[i], n[j] = sign * step[1], -sign * step[0]
-                        normals.append(n)
-                        offsets.append(n[i] * a[0] + n[j] * a[1])
+        step = corners[1][None] - corners[0][:, None]  # (4, 4, 2): from each corner of one to each of the other
+        across = np.stack((step[..., 1], -step[..., 0]), axis=-1).reshape(16, 2)
+        touched = np.repeat(corners[0], 4, axis=0)
+        height = (corners.reshape(8, 1, 2) * across).sum(axis=2) - (touched * across).sum(axis=1)
+        for sign in (1.0, -1.0):
+            holds = (sign * height <= 0).all(axis=0) & across.any(axis=1)
+            n = np.zeros((holds.sum(), 3))
+            n[:, i], n[:, j] = (sign * across[holds]).T
+            normals.extend(n)
+            offsets.extend((sign * across[holds] * touched[holds]).sum(axis=1))
     return np.array(normals).T, np.array(offsets)
 
 
