@@ -50,10 +50,10 @@ class _Against:
         count = np.bincount(self.circle, minlength=circles.point.size)
         i, j = joined(circle, np.cumsum(count) - count, count)
         if self.cone is None:
-            hit = on_arc(phi[i], self.middle[:, j], self.half[:, j]).all(axis=0)
+            hit = np.asarray(on_arc(phi[i], self.middle[:, j], self.half[:, j]).all(axis=0))
         else:
             hit = self.cone.take(j).contains(circles.take(circle[i]).direction(phi[i]))
-        return np.bincount(i[hit], minlength=phi.size) > 0
+        return np.asarray(np.bincount(i[hit], minlength=phi.size) > 0)
 
 
 def circle_arcs(light: LightCone, rounds: Rounds, own: int, others: list[Fan | Rounds], exact: Bools) -> CircleArcs:
@@ -65,20 +65,22 @@ def circle_arcs(light: LightCone, rounds: Rounds, own: int, others: list[Fan | R
     middle, half = arc(p[:, some], q[:, some], m[:, some])
     some_cut = np.flatnonzero((half > 0) & (half < np.pi))
     at = some_cut % max(some.size, 1)
-    cuts = [(at, middle.ravel()[some_cut] - half.ravel()[some_cut]), (at, middle.ravel()[some_cut] + half.ravel()[some_cut])]
-    against = []
+    cuts: list[tuple[Ints, Floats]] = [
+        (at, middle.ravel()[some_cut] - half.ravel()[some_cut]),
+        (at, middle.ravel()[some_cut] + half.ravel()[some_cut]),
+    ]
+    against: list[_Against] = []
     for place, other in enumerate(others):
         count = np.bincount(other.point, minlength=exact.size)
         i, j = joined(circles.point, np.cumsum(count) - count, count)
-        if place == own:
-            i, j = i[some[i] != j], j[some[i] != j]
-        if i.size:
-            against.append(_meet(circles.take(i), i, other.take(j)))
+        apart = np.flatnonzero(some[i] != j) if place == own else np.arange(i.size)
+        if apart.size:
+            against.append(_meet(circles.take(i[apart]), i[apart], other.take(j[apart])))
             cuts.append(against[-1].cuts)
     number = np.concatenate([c[0] for c in cuts])
     circle, first, last = _pieces(some.size, number, wrapped(np.concatenate([c[1] for c in cuts])))
     phi = (first + last) / 2
-    seen = on_arc(phi, middle[:, circle], half[:, circle]).all(axis=0)
+    seen = np.asarray(on_arc(phi, middle[:, circle], half[:, circle]).all(axis=0))
     for group in against:
         seen[seen] = ~group.hides(circle[seen], phi[seen], circles)
     return CircleArcs(circles.take(circle[seen]), first[seen], last[seen])
@@ -95,9 +97,9 @@ def _meet(circles: Rounds, number: Ints, other: Fan | Rounds) -> _Against:
         k, c = np.nonzero((half > 0) & (half < np.pi))
         ends = np.concatenate((middle[k, c] - half[k, c], middle[k, c] + half[k, c]))
         return _Against(number, middle, half, None, (np.r_[number[c], number[c]], ends))
-    c, phi = crossings(circles, other)
+    pair, phi = crossings(circles, other)
     empty = np.empty((0, number.size))
-    return _Against(number, empty, empty, other, (number[c], phi))
+    return _Against(number, empty, empty, other, (number[pair], phi))
 
 
 def _pieces(count: int, circle: Ints, phi: Floats) -> tuple[Ints, Floats, Floats]:

@@ -40,6 +40,10 @@ class Arcs:
     start: Floats
     end: Floats
 
+    def take(self, index: Ints) -> Arcs:
+        """Some of the arcs."""
+        return Arcs(self.point[index], self.sign[index], self.start[:, index], self.end[:, index])
+
 
 @dataclass(frozen=True)
 class Contour:
@@ -89,7 +93,7 @@ def visible_contour(light: LightCone, groups: list[Group], inside: Ints, shortcu
     for group, (lo, hi) in zip(groups, hides, strict=True):
         some = np.flatnonzero(~hidden[group.point])
         few, inwards = group.take(some), None
-        meets = ((lo < hi) & light.live[:, group.point]).any(axis=0)[some]
+        meets = np.asarray(((lo < hi) & light.live[:, group.point]).any(axis=0))[some]
         if isinstance(few, Fan):
             inwards = few.before(light)
             meets |= (inwards[0] < inwards[1]).any(axis=0)
@@ -129,7 +133,9 @@ def _concatenated(arcs: list[Arcs]) -> Arcs:
 def _light_arcs(light: LightCone, kept: list[Group], spans: list[tuple[Floats, Floats]], exact: Bools) -> Arcs:
     """The light's edges outside every outline."""
     e, n = light.live.shape
-    numbers, los, his = [np.empty(0, dtype=np.int64)], [np.empty(0)], [np.empty(0)]
+    numbers: list[Ints] = [np.empty(0, dtype=np.int64)]
+    los: list[Floats] = [np.empty(0)]
+    his: list[Floats] = [np.empty(0)]
     for fan, (lo, hi) in zip(kept, spans, strict=True):
         k = np.flatnonzero((lo < hi) & light.live[:, fan.point] & exact[fan.point])
         edge, pair = np.divmod(k, fan.point.size) if fan.point.size else (k, k)
@@ -150,7 +156,9 @@ def _outline_arcs(fan: Fan, own: int, lo: Floats, hi: Floats, groups: list[Group
     point, start = fan.point[pair], fan.corners[:, edge, pair]
     end = fan.corners[:, (edge + 1) % fan.corners.shape[1], pair]
     t0, t1 = lo.ravel()[k], hi.ravel()[k]
-    numbers, los, his = [np.empty(0, dtype=np.int64)], [np.empty(0)], [np.empty(0)]
+    numbers: list[Ints] = [np.empty(0, dtype=np.int64)]
+    los: list[Floats] = [np.empty(0)]
+    his: list[Floats] = [np.empty(0)]
     for other, against in enumerate(groups):
         count = np.bincount(against.point, minlength=exact.size)
         i, j = joined(point, np.cumsum(count) - count, count)

@@ -81,7 +81,9 @@ class Convex:
         renamed = tuple(tuple(number[k] for k in loop) for loop in faces)
         return Convex(np.array([places[k] for k in used]).T, renamed, self.triangles) if faces else None
 
-    def _cut_face(self, loop: Loop, height: Floats, places: list[Floats], made: dict[tuple[int, int], int]) -> list[int]:
+    def _cut_face(
+        self, loop: Loop, height: Floats, places: list[Floats], made: dict[tuple[int, int], int]
+    ) -> list[int]:
         out: list[int] = []
         for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
             if height[a] >= 0:

@@ -104,7 +104,7 @@ def lobe_circles(arcs: CircleArcs, n: Floats, w: Floats, s: Floats) -> Floats:
     w1, w2 = dot(w, cone.e1), dot(w, cone.e2)
     sin_g = np.sqrt(w1 * w1 + w2 * w2)
     toward = np.arctan2(w2, w1)
-    out = np.zeros(s.shape)
+    out, w_n = np.zeros(s.shape), dot(w, n)
     # An arc that passes psi = pi goes on from -pi.
     middle = wrapped((arcs.first + arcs.last) / 2 - toward)
     half = (arcs.last - arcs.first) / 2
@@ -118,8 +118,8 @@ def lobe_circles(arcs: CircleArcs, n: Floats, w: Floats, s: Floats) -> Floats:
         first, last = np.maximum(low, -np.pi), np.minimum(high, np.pi)
         k = np.flatnonzero(first < last)
         if k.size:
-            some = tuple(v[k] for v in (sin_a, cos_a, sin_g, cos_g, first, last, s, *across))
-            out[k] += _small_circle(*some, dot(w, n)[k])
+            some = [v[k] for v in (sin_a, cos_a, sin_g, cos_g, first, last, s, *across, w_n)]
+            out[k] += _small_circle(*some)
     return out
 
 

@@ -57,7 +57,7 @@ def whole_cone(corners: Floats) -> LightCone:
 
 
 def cut_cone(corners: Floats, normal: Floats) -> LightCone:
-    """Of lights that the horizon of normals (3, n) cuts: four edges, what is left of them, and one along the horizon."""
+    """Of lights that the horizon of normals (3, n) cuts: what is left of four edges, and one along it."""
     a, b = corners, np.roll(corners, -1, axis=1)
     za, zb = dot(normal[:, None], a), dot(normal[:, None], b)
     # >= as written: an edge that lies in the horizon is kept.
@@ -68,5 +68,5 @@ def cut_cone(corners: Floats, normal: Floats) -> LightCone:
     leaving, entering = (crossing * goes).sum(axis=1), (crossing * comes).sum(axis=1)
     start = np.concatenate((np.where(comes, crossing, a), leaving[:, None]), axis=1)
     end = np.concatenate((np.where(goes, crossing, b), entering[:, None]), axis=1)
-    live = np.concatenate(((za >= 0) | (zb >= 0), goes.any(axis=0)[None]))
+    live = np.concatenate(((za >= 0) | (zb >= 0), np.asarray(goes.any(axis=0))[None]))
     return LightCone(start, end, np.concatenate((cross(a, b), normal[:, None]), axis=1), live, False)

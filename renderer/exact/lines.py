@@ -52,7 +52,7 @@ def remaining(t0: Floats, t1: Floats, edge: Ints, lo: Floats, hi: Floats) -> tup
     edge, lo, hi = edge[some], lo[some], hi[some]
     count = np.bincount(edge, minlength=t0.size)
     free = np.flatnonzero((count == 0) & (t0 < t1))
-    out = [(free, t0[free], t1[free])]
+    out: list[tuple[Ints, Floats, Floats]] = [(free, t0[free], t1[free])]
     if edge.size:
         order = np.argsort(edge, kind="stable")
         first = np.cumsum(count) - count
@@ -79,7 +79,8 @@ def _gaps(edge: Ints, t0: Floats, t1: Floats, lo: Floats, hi: Floats) -> list[tu
     if rows > 1:
         order = np.argsort(lo, axis=0)
         lo, hi = np.take_along_axis(lo, order, 0), np.take_along_axis(hi, order, 0)
-    reached, out = t0, []
+    reached = t0
+    out: list[tuple[Ints, Floats, Floats]] = []
     for row in range(rows + 1):
         until = lo[row] if row < rows else t1
         k = np.flatnonzero(reached < until)

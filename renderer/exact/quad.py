@@ -29,7 +29,7 @@ from .kernels import lambert_arcs, lobe_arcs, lobe_circles
 from .light_cone import cut_cone, light_corners, whole_cone
 from .standing import Standing, portions
 
-BLOCK = 2048
+BLOCK = 4096
 """Points handled at once."""
 
 ROUTES = ("unlit", "lit", "hidden", "exact", "sampled")
@@ -95,9 +95,7 @@ class QuadShadows:
         top, bottom = z.max(axis=0), z.min(axis=0)
         return np.flatnonzero(facing & (bottom >= 0) & (top > 0)), np.flatnonzero(facing & (bottom < 0) & (top > 0))
 
-    def _block(
-        self, index: Ints, clipped: bool, standing: Standing, out: Floats, tally: Tally
-    ) -> tuple[Ints, Ints]:
+    def _block(self, index: Ints, clipped: bool, standing: Standing, out: Floats, tally: Tally) -> tuple[Ints, Ints]:
         """Fill in the points that are not lit or sampled; those that are."""
         points = self.points.take(index)
         corners = light_corners(self.light, points.position)
@@ -126,23 +124,30 @@ class QuadShadows:
 
     def _reflected(self, points: ShadingPoints, found: Contour) -> Floats:
         """Reflected radiance (3, n) of the contour's arcs."""
-        arcs, n = found.arcs, points.count
-        share = arcs.sign * lambert_arcs(arcs.start, arcs.end, points.normal[:, arcs.point])
-        total = np.bincount(arcs.point, share, n)
-        for part in found.circles:
-            share = lambert_circles(part, points.normal[:, part.cone.point])
-            total -= np.bincount(part.cone.point, share, n)
+        total = self._total(points, found, lobe=False)
         out = points.diffuse * (np.maximum(total, 0.0) / (2 * math.pi))
         if self.source.glossy and points.is_glossy:
-            k = np.flatnonzero(points.specular.max(axis=0)[arcs.point] > 0)
-            p = arcs.point[k]
-            n_p, w_p, s_p = points.normal[:, p], points.mirror[:, p], points.shininess[p]
-            share = arcs.sign[k] * lobe_arcs(arcs.start[:, k], arcs.end[:, k], n_p, w_p, s_p)
-            total = np.bincount(p, share, n)
-            for part in found.circles:
-                k = np.flatnonzero(points.specular.max(axis=0)[part.cone.point] > 0)
-                p, part = part.cone.point[k], part.take(k)
-                share = lobe_circles(part, points.normal[:, p], points.mirror[:, p], points.shininess[p])
-                total -= np.bincount(p, share, n)
+            total = self._total(points, found, lobe=True)
             out += points.specular * (np.maximum(total, 0.0) / (2 * math.pi))
         return np.asarray(out * colour(self.light))
+
+    def _total(self, points: ShadingPoints, found: Contour, lobe: bool) -> Floats:
+        """The boundary integral (n,) of the irradiance, twice it, or of the lobe, s + 2 times it."""
+        wanted = (points.specular.max(axis=0) > 0) | (not lobe)
+        total = np.zeros(points.count)
+        arcs = found.arcs.take(np.flatnonzero(wanted[found.arcs.point]))
+        if lobe:
+            share = lobe_arcs(arcs.start, arcs.end, *_lobe_of(points, arcs.point))
+        else:
+            share = lambert_arcs(arcs.start, arcs.end, points.normal[:, arcs.point])
+        total += np.bincount(arcs.point, arcs.sign * share, points.count)
+        for circles in found.circles:
+            few = circles.take(np.flatnonzero(wanted[circles.cone.point]))
+            p = few.cone.point
+            share = lobe_circles(few, *_lobe_of(points, p)) if lobe else lambert_circles(few, points.normal[:, p])
+            total -= np.bincount(p, share, points.count)
+        return total
+
+
+def _lobe_of(points: ShadingPoints, index: Ints) -> tuple[Floats, Floats, Floats]:
+    return points.normal[:, index], points.mirror[:, index], points.shininess[index]

@@ -48,8 +48,8 @@ class Rounds:
 
     def take(self, index: Ints) -> Rounds:
         """Some of the pairs."""
-        e = (v[:, index] for v in (self.e1, self.e2, self.e3))
-        return Rounds(self.point[index], *e, self.k1[index], self.k3[index], self.rho[index], self.right)
+        e1, e2, e3 = (v[:, index] for v in (self.e1, self.e2, self.e3))
+        return Rounds(self.point[index], e1, e2, e3, self.k1[index], self.k3[index], self.rho[index], self.right)
 
     def on(self, planes: Floats) -> tuple[Floats, Floats, Floats]:
         """Coefficients of cos, sin and 1 of planes (3, p, q) along the circle."""

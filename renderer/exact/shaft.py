@@ -39,13 +39,11 @@ def shaft_planes(points: Floats, light: Floats) -> tuple[Floats, Floats]:
     return np.array(normals).T, np.array(offsets)
 
 
-def in_shaft(center: Floats, radius: Floats, points: Floats, light: Floats) -> Ints:
-    """Balls that reach into the shaft between points and a light's corners."""
-    n, d = shaft_planes(points, light)
-    size = np.abs(points).max() + np.abs(light).max() + np.abs(center).max(initial=0)
-    length = np.sqrt(dot(n, n))[:, None]
-    outside = dot(n[:, :, None], center[:, None]) - d[:, None] > length * (radius + ROOM * size)
-    return np.flatnonzero(~outside.any(axis=0))
+def in_shaft(center: Floats, radius: Floats, n: Floats, d: Floats) -> Ints:
+    """Balls that reach into a shaft of planes n . p <= d."""
+    size = np.abs(d) + dot(np.abs(n)[:, :, None], np.abs(center)[:, None]).max(axis=1, initial=0)
+    far = np.sqrt(dot(n, n))[:, None] * radius + ROOM * size[:, None]
+    return np.flatnonzero(~(dot(n[:, :, None], center[:, None]) - d[:, None] > far).any(axis=0))
 
 
 def reaching(center: Floats, radius: Floats, points: Floats, planes: Floats, normal: Floats) -> tuple[Ints, Ints]:

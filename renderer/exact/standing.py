@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,10 +17,12 @@ from .fans import Fan, fans_of
 from .light_cone import Bools
 from .occluders import Occluders, occluders
 from .round_bodies import RoundBodies, round_bodies
-from .shaft import in_shaft, reaching
+from .shaft import in_shaft, reaching, shaft_planes
 
 PAIRS = 1 << 14
 """Pairs of a point and an occluder handled at once."""
+FEW = 4
+"""Bodies for which a shaft costs more than it saves."""
 
 
 @dataclass(frozen=True)
@@ -69,8 +72,11 @@ class Standing:
 
     def near(self, points: Floats, light: Floats) -> Standing:
         """Those in the shaft between points (3, n) and a light's corners (3, 4)."""
-        pieces = in_shaft(self.flat.center[:, self.pieces], self.flat.radius[self.pieces], points, light)
-        balls = in_shaft(self.round.center[:, self.balls], self.round.reach[self.balls], points, light)
+        if self.pieces.size + self.balls.size <= FEW:
+            return self
+        planes = shaft_planes(points, light)
+        pieces = in_shaft(self.flat.center[:, self.pieces], self.flat.radius[self.pieces], *planes)
+        balls = in_shaft(self.round.center[:, self.balls], self.round.reach[self.balls], *planes)
         return replace(self, pieces=self.pieces[pieces], balls=self.balls[balls])
 
     def pairs(self, points: ShadingPoints, planes: Floats, reached: bool) -> Pairs:
@@ -118,6 +124,4 @@ def portions(work: Ints, point: Ints) -> list[tuple[Ints, slice]]:
         return []
     first, last = np.searchsorted(point, work), np.searchsorted(point, work, side="right")
     bounds = np.r_[0, np.flatnonzero(np.diff(first // PAIRS)) + 1, work.size]
-    return [
-        (work[a:b], slice(int(first[a]), int(last[b - 1]))) for a, b in zip(bounds[:-1], bounds[1:], strict=True)
-    ]
+    return [(work[a:b], slice(int(first[a]), int(last[b - 1]))) for a, b in pairwise(bounds)]
