@@ -19,8 +19,8 @@ from .occluders import Occluders, occluders
 from .round_bodies import RoundBodies, round_bodies
 from .shaft import in_shaft, reaching, shaft_planes
 
-PAIRS = 1 << 14
-"""Pairs of a point and an occluder handled at once."""
+EFFORT = 1 << 14
+"""Work handled at once: see `portions`."""
 FEW = 4
 """Bodies for which a shaft costs more than it saves."""
 
@@ -119,9 +119,14 @@ def _above(fan: Fan, points: ShadingPoints) -> Fan:
 
 
 def portions(work: Ints, point: Ints) -> list[tuple[Ints, slice]]:
-    """Points (ascending) in portions of about PAIRS pairs, and the slice of the pairs that holds theirs."""
+    """Points (ascending) in portions of bounded work, and the slice of the pairs that holds theirs.
+
+    The work of a point with m bodies is m + m^2/8: each outline is cut by all others.
+    """
     if work.size == 0:
         return []
     first, last = np.searchsorted(point, work), np.searchsorted(point, work, side="right")
-    bounds = np.r_[0, np.flatnonzero(np.diff(first // PAIRS)) + 1, work.size]
+    many = last - first
+    effort = np.cumsum(many + many * many // 8)
+    bounds = np.r_[0, np.flatnonzero(np.diff(effort // EFFORT)) + 1, work.size]
     return [(work[a:b], slice(int(first[a]), int(last[b - 1]))) for a, b in pairwise(bounds)]
