@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -82,10 +83,11 @@ def occluder_cost(points: int = 1000, repeats: int = 3, seed: int = 0) -> list[d
         def shade(estimator: Estimator, where: Source = source) -> Floats:
             return estimator(few, where, np.random.default_rng(seed))
 
-        exact, seconds = _timed(lambda: shade(Exact()), repeats)
+        exact, seconds = _timed(partial(shade, Exact()), repeats)
         errors, costs = [], []
         for side in (8, 24):
-            sampled, spent = _timed(lambda side=side: shade(ControlVariate(samples=side * side, stratified=True)), 1)
+            sampling = ControlVariate(samples=side * side, stratified=True)
+            sampled, spent = _timed(partial(shade, sampling), 1)
             errors.append(float(np.sqrt(((sampled - exact) ** 2).mean()) / exact.mean()))
             costs.append(min(spent) / points * 1e6)
         slope = np.log(errors[1] / errors[0]) / np.log(9.0)

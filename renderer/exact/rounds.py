@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import double_double as dd
+from ..closed_forms import double_double as dd
 from ..geometry import Ints
 from ..vectors import Floats, cross, dot, frame, transform
 from .light_cone import Bools, LightCone
