@@ -3,8 +3,8 @@
 Each piece is cut to the light's front side once: a cone over it then holds exactly what it hides of the light. Each
 is drawn towards its centre by an amount of its own, 1e-11 to 2e-11 of its size: identical pieces become nested
 ones, shared edges and edges that project onto the light's come apart in one consistent order, and no tie is left to
-rounding (which, undecided, costs up to a quarter of the irradiance). What it changes is below 1e-10 of the
-unoccluded irradiance at a distance of a tenth of the piece's size.
+rounding (which, undecided, costs up to a quarter of the irradiance). What it changes, relative to the unoccluded
+irradiance, over 2,962 points of cornell-boxes against 40 digits: median 2e-12, 99 % 6e-11, largest 1.8e-10.
 """
 
 from __future__ import annotations

@@ -7,6 +7,7 @@ exact    the boundary integral over the visible contour
 sampled  too many candidates: the closed form minus a Monte Carlo estimate of what is hidden
 
 Accuracy is absolute, relative to the unoccluded value: what is left of a light deep in penumbra is a difference.
+Measured: at most 1.8e-10 (see `occluders`); 1e-12 where nothing is partly hidden.
 """
 
 from __future__ import annotations
