@@ -207,6 +207,7 @@ def check(
         "seed": question.seed,
         "command": command,
         "left_out": [vars(entry) for entry in _left_out(ours, needs, estimator, scene)],
+        "routes": ours.routes,
         "warnings": _warnings(scene, ours),
     }
     started = time.perf_counter()

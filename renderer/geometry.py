@@ -17,9 +17,9 @@ from .vectors import Floats, cross
 Ints = NDArray[np.integer[Any]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Geometry:
-    """Surfaces of a scene.
+    """Surfaces of a scene; equal to itself alone, so that what is made of it can be kept.
 
     Parameters
     ----------

@@ -8,9 +8,10 @@ give the same bits. Passes repeat the whole estimate with fresh randomness: thei
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from .camera import pixel_centres
 from .edges import Tolerance, near_edges
-from .estimators.protocol import Estimator
+from .estimators.protocol import Estimator, Routed
 from .geometry import Geometry, build_geometry
 from .needs import LeftOut, Needs, find_needs
 from .recentre import near_origin
@@ -56,6 +57,8 @@ class Image:
     back_faces : int
         Pixels that show the black back of a one-sided surface.
     left_out : tuple of LeftOut
+    routes : dict of str to int
+        For estimators that choose by the point: pixels times lights that took each route, in the first pass.
     """
 
     first: Floats
@@ -70,6 +73,7 @@ class Image:
     pass_means: Floats
     back_faces: int
     left_out: tuple[LeftOut, ...]
+    routes: dict[str, int] = field(default_factory=dict)
 
     @property
     def shaded(self) -> NDArray[np.bool_]:
@@ -128,13 +132,19 @@ def _stream(job: Job, tile: Tile, number: int, light: int) -> np.random.Generato
     return np.random.default_rng(np.random.SeedSequence(job.seed, spawn_key=(tile.number, number, light + 1)))
 
 
-def _shade(job: Job, tile: Tile, number: int, view: View, needs: Needs) -> Floats:
+def _shade(job: Job, tile: Tile, number: int, view: View, needs: Needs, routes: Counter[str]) -> Floats:
     """Radiance (3, n): what is seen directly, and every light's share, summed."""
     radiance = view.emission.copy()
     if view.lit.size:
         for source in needs.sources:
             near = source.seen_from(view.points.position)
-            radiance[:, view.lit] += job.estimator(view.points, near, _stream(job, tile, number, source.index))
+            rng = _stream(job, tile, number, source.index)
+            if isinstance(job.estimator, Routed):
+                share, taken = job.estimator.with_routes(view.points, near, rng)
+                routes.update(taken)
+            else:
+                share = job.estimator(view.points, near, rng)
+            radiance[:, view.lit] += share
     return radiance
 
 
@@ -175,6 +185,7 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
     emitter, background = np.zeros(n), np.zeros(n)
     moments: tuple[_Moments, ...] = ()
     pixels = []
+    routes: Counter[str] = Counter()
     view = look(scene, geometry, x, y)
     if job.tolerance and not boxed:
         unjudged = near_edges(scene, geometry, needs, view, x, y, job.tolerance)
@@ -182,7 +193,9 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
         if boxed:
             u, v = _stream(job, tile, number, -1).random((2, n, scene.spp)) - 0.5
             view = look(scene, geometry, (x[:, None] + u).ravel(), (y[:, None] + v).ravel())
-        radiance = _shade(job, tile, number, view, needs).reshape(3, n, -1).mean(axis=2)
+        radiance = (
+            _shade(job, tile, number, view, needs, routes if number == 0 else Counter()).reshape(3, n, -1).mean(axis=2)
+        )
         emitter += view.emitter.reshape(n, -1).mean(axis=1)
         background += view.background.reshape(n, -1).mean(axis=1)
         back |= view.back.reshape(n, -1).any(axis=1)
@@ -207,6 +220,7 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
         "background": background,
         "unjudged": unjudged,
         "back": back,
+        "routes": routes,
         "pass_sums": np.array([image[shaded].sum() for image in pixels]),
     }
 
@@ -251,8 +265,10 @@ def render(
     _, needs = prepare(scene, everything)
     arrays: dict[str, Any] = {}
     pass_sums: dict[int, Floats] = {}
+    routes: Counter[str] = Counter()
     for done, (tile, result) in enumerate(_run(job, parts, executor), start=1):
         pass_sums[tile.number] = result.pop("pass_sums")
+        routes += result.pop("routes")
         window = (..., slice(tile.rows.start, tile.rows.stop), slice(tile.columns.start, tile.columns.stop))
         for name, values in result.items():
             shape = values.shape[:-1]
@@ -265,7 +281,13 @@ def render(
     back = int(arrays.pop("back").sum())
     # Summed in the tiles' order: the bits do not depend on who finished first.
     total = np.sum([pass_sums[number] for number in sorted(pass_sums)], axis=0)
-    return Image(**arrays, pass_means=total / max(shaded.sum(), 1), back_faces=back, left_out=needs.left_out)
+    return Image(
+        **arrays,
+        pass_means=total / max(shaded.sum(), 1),
+        back_faces=back,
+        left_out=needs.left_out,
+        routes=dict(sorted(routes.items())),
+    )
 
 
 def _run(job: Job, parts: list[Tile], executor: Executor | None) -> Iterator[tuple[Tile, dict[str, Any]]]:

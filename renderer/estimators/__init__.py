@@ -9,11 +9,12 @@ from __future__ import annotations
 from .analytic import Analytic
 from .area import Area
 from .control_variate import ControlVariate
+from .exact import Exact
 from .protocol import Claim, Estimator
 from .visibility_analytic import VisibilityAnalytic
 from .visibility_centre import VisibilityCentre
 
-ESTIMATORS: tuple[type[Estimator], ...] = (Analytic, Area, VisibilityCentre, VisibilityAnalytic, ControlVariate)
+ESTIMATORS: tuple[type[Estimator], ...] = (Analytic, Area, VisibilityCentre, VisibilityAnalytic, ControlVariate, Exact)
 
 __all__ = [
     "ESTIMATORS",
@@ -22,6 +23,7 @@ __all__ = [
     "Claim",
     "ControlVariate",
     "Estimator",
+    "Exact",
     "VisibilityAnalytic",
     "VisibilityCentre",
     "estimator_named",
