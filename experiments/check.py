@@ -23,8 +23,9 @@ from renderer.image import Image, prepare, render
 from renderer.needs import LeftOut, Needs
 from renderer.scene import Scene
 
+from .plain_pixels import pixel_counts
 from .statistics import Level
-from .verdict import Verdict, judge, pixel_counts
+from .verdict import Verdict, judge
 
 ROOM = 8.0
 """The standard error of the difference is brought to the margin over this: 4.8 of them to the end of the
