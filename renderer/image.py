@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -21,7 +21,8 @@ from .camera import pixel_centres
 from .edges import Tolerance, near_edges
 from .estimators.protocol import Estimator
 from .geometry import Geometry, build_geometry
-from .needs import LeftOut, Needs, find_needs
+from .needs import LeftOut, Needs, Source, find_needs
+from .ray_offset import RayOffset
 from .recentre import near_origin
 from .scene import Scene
 from .vectors import Floats
@@ -87,6 +88,7 @@ class Job:
     passes: int
     everything: bool
     tolerance: Tolerance | None
+    offset: RayOffset | None = None
 
 
 @dataclass(frozen=True)
@@ -133,9 +135,16 @@ def _shade(job: Job, tile: Tile, number: int, view: View, needs: Needs) -> Float
     radiance = view.emission.copy()
     if view.lit.size:
         for source in needs.sources:
-            near = source.seen_from(view.points.position)
+            near = _near(job, source, view)
             radiance[:, view.lit] += job.estimator(view.points, near, _stream(job, tile, number, source.index))
     return radiance
+
+
+def _near(job: Job, source: Source, view: View) -> Source:
+    """The source with what may block it here. Rays that start off the surface can meet what ours cannot: all of it."""
+    if job.offset is None:
+        return source.seen_from(view.points.position)
+    return replace(source, blockers=replace(source.blockers, offset=job.offset))
 
 
 class _Moments:
@@ -167,7 +176,7 @@ class _Moments:
 def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
     """All passes of one tile: arrays over its pixels (row by row), and its share of each pass's sum."""
     scene = job.scene
-    geometry, needs = prepare(scene, job.everything)
+    geometry, needs = prepare(scene, job.everything or job.offset is not None)
     x, y = pixel_centres(tile.columns, tile.rows)
     n, boxed = x.size, scene.spp > 1
     passes = job.passes if boxed or job.estimator.is_random(needs) else 1
@@ -221,6 +230,7 @@ def render(
     progress: Progress | None = None,
     everything: bool = False,
     tolerance: Tolerance | None = None,
+    offset: RayOffset | None = None,
 ) -> Image:
     """Render a scene.
 
@@ -240,15 +250,18 @@ def render(
         Leave nothing out (see `needs`).
     tolerance : Tolerance, optional
         Mark pixels this close to an edge.
+    offset : RayOffset, optional
+        Trace shadow rays by another renderer's rule, to be wrong as it is.
 
     Returns
     -------
     Image
     """
-    scene = near_origin(scene)
-    job = Job(scene, estimator, seed, passes, everything, tolerance)
+    if offset is None:  # another renderer's rule knows where the origin is
+        scene = near_origin(scene)
+    job = Job(scene, estimator, seed, passes, everything, tolerance, offset)
     parts = tiles(scene, estimator.samples)
-    _, needs = prepare(scene, everything)
+    _, needs = prepare(scene, everything or offset is not None)
     arrays: dict[str, Any] = {}
     pass_sums: dict[int, Floats] = {}
     for done, (tile, result) in enumerate(_run(job, parts, executor), start=1):
