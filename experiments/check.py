@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from mitsuba_bridge.ray_offset import mitsuba_offset
 from mitsuba_bridge.reference import GlossyNeedsLLVM, Reference, ReferenceUnavailable, render_reference
 from mitsuba_bridge.tolerance import ray_tolerance
 from renderer.estimators import Claim, Estimator, estimator_named
@@ -24,6 +25,7 @@ from renderer.needs import LeftOut, Needs
 from renderer.scene import Scene
 
 from .plain_pixels import pixel_counts
+from .prior import prior_of
 from .statistics import Level
 from .verdict import Verdict, judge
 
@@ -63,6 +65,8 @@ class Question:
     level : Level
     timeout : float
         Seconds the reference may take.
+    shadow_origin : str
+        ``surface``, or ``mitsuba`` for its rule.
     """
 
     estimator: str | None = None
@@ -72,6 +76,7 @@ class Question:
     seed: int = 0
     level: Level = field(default_factory=Level)
     timeout: float = 600.0
+    shadow_origin: str = "surface"
 
     def of(self, scene: Scene) -> Estimator:
         """The estimator to use on a scene."""
@@ -139,6 +144,7 @@ def our_image(
     _, needs = prepare(scene)
     pilot_seed, seed, _ = seeds(question.seed, scene.name, estimator.name)
     started = time.perf_counter()
+    offset = mitsuba_offset(scene) if question.shadow_origin == "mitsuba" else None
     passes = 1
     if scene.spp > 1 or estimator.is_random(needs):
         pilot = render(scene, estimator, seed=pilot_seed, passes=PILOT, executor=executor)
@@ -151,6 +157,7 @@ def our_image(
         passes=passes,
         executor=executor,
         tolerance=ray_tolerance(scene),
+        offset=offset,
         progress=None if progress is None else lambda done, total: progress("ours", done, total),
     )
     return image, passes, {"pilot": piloted - started, "ours": time.perf_counter() - piloted}
@@ -166,14 +173,15 @@ def _passes(pilot: Image, target: float) -> int:
     return min(max(4, math.ceil((one / target) ** 2)), MAX_PASSES)
 
 
-def as_claimed(claim: Claim, verdict: str, non_finite: int) -> bool | None:
+def as_claimed(claim: Claim, verdict: str, broken: bool) -> bool | None:
     """Whether a verdict fits what the estimator says of itself; None where it is undecided.
 
-    An estimator that admits a bias may show it. None may give a pixel that is not finite.
+    An estimator that admits a bias, for good or at few samples, may show it. None may be wrong where nothing is
+    random: emitters, background, values that are not finite.
     """
-    if non_finite:
+    if broken:
         return False
-    if claim == "biased":
+    if claim in ("biased", "consistent"):
         return True
     return {"agrees": True, "differs": False, "undecided": None}[verdict]
 
@@ -219,7 +227,10 @@ def check(
         renderer = "mitsuba" if isinstance(problem, GlossyNeedsLLVM) else None
         return Answer(_row_without(head, ours, str(problem), renderer, seconds), ours, None, None)
     seconds = seconds | {"reference": time.perf_counter() - started, "mitsuba": reference.seconds}
-    verdict = judge(ours, reference, passes=passes, margin=question.margin, level=question.level)
+    started = time.perf_counter()
+    prior = prior_of(scene, estimator, seeds(question.seed, scene.name)[0], question.timeout, executor)
+    seconds = seconds | {"prior": time.perf_counter() - started}
+    verdict = judge(ours, reference, passes=passes, margin=question.margin, level=question.level, prior=prior)
     return Answer(_row(head, verdict, reference, seconds), ours, reference, verdict)
 
 
@@ -249,6 +260,7 @@ def _row_without(
             *(
                 "rms_denoised_relative",
                 "rms_denoised_interval",
+                "samples_to_decide",
                 "course_bias",
                 "course_mse",
                 "course_expected",
@@ -269,24 +281,34 @@ def _row_without(
     }
 
 
+def _to_decide(head: dict[str, Any], verdict: Verdict, reference: Reference) -> dict[str, int] | None:
+    """Samples a pixel and light that would decide, if the bias is what it seems; None where it is decided."""
+    if verdict.more is None:
+        return None
+    ours, theirs = head["samples"] * head["passes"], reference.samples
+    return {"ours": math.ceil(ours * verdict.more), "reference": math.ceil(theirs * verdict.more)}
+
+
 def _row(head: dict[str, Any], verdict: Verdict, reference: Reference, seconds: dict[str, Any]) -> dict[str, Any]:
     figures = {
         name: getattr(verdict, name)
         for name in (
             *("pixels", "bias", "bias_relative", "bias_interval", "minimum_detectable_bias", "rms"),
             *("rms_relative", "rms_denoised_relative", "rms_denoised_interval", "variance"),
-            *("non_finite", "reason"),
+            *("variance_ratio", "variance_ratio_interval", "pass_spread", "excess_kurtosis"),
+            *("non_finite", "reason", "tiles_without_noise"),
         )
     }
     return {
         **head,
         **figures,
         **verdict.noise,
+        "samples_to_decide": _to_decide(head, verdict, reference),
         "course_bias": verdict.course.bias,
         "course_mse": verdict.course.mse,
         "course_expected": verdict.course.expected,
         "verdict": verdict.word,
-        "as_claimed": as_claimed(head["claim"], verdict.word, verdict.non_finite),
+        "as_claimed": as_claimed(head["claim"], verdict.word, verdict.broken),
         "reference": {
             "renderer": reference.renderer,
             "version": reference.version,

@@ -34,6 +34,7 @@ def _question(options: dict[str, Any], rows: int) -> Question:
         seed=options["seed"],
         level=Level(options["alpha"], rows),
         timeout=options["timeout"],
+        shadow_origin=options["shadow_origin"],
     )
 
 

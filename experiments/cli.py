@@ -82,6 +82,13 @@ def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--stratify/--no-stratify", "stratified", default=None, help="Instead of the scene's."),
         click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True),
         click.option("--lenient", is_flag=True, help="Warn of unknown commands in a scene instead of refusing it."),
+        click.option(
+            "--shadow-origin",
+            type=click.Choice(["surface", "mitsuba"]),
+            default="surface",
+            show_default=True,
+            help="Where shadow rays start: ours, or Mitsuba 3.9's rule, to be wrong as it is.",
+        ),
         click.option("--two-sided", is_flag=True, help="Surfaces reflect at their back too, on both renderers."),
     ):
         command = option(command)
@@ -142,12 +149,18 @@ def render(scene: str, output: Path, **options: Any) -> None:
     estimator = chosen_estimator(read, options["estimator"], options["samples"], options["stratified"])
     for warning in read.warnings:
         click.echo(f"warning: {warning}", err=True)
+    offset = None
+    if options["shadow_origin"] == "mitsuba":
+        from mitsuba_bridge.ray_offset import mitsuba_offset
+
+        offset = mitsuba_offset(read)
     with worker_pool() as pool, progress_bar(read.name) as report:
         image = render_image(
             read,
             estimator,
             seed=options["seed"],
             executor=pool,
+            offset=offset,
             progress=lambda done, total: report("tiles", done, total),
         )
     if image.back_faces:

@@ -162,11 +162,11 @@ def test_scenes_that_look_alike_share_a_reference(monkeypatch):
 
 
 def test_claims():
-    assert as_claimed("unbiased", "agrees", 0) is True
-    assert as_claimed("unbiased", "differs", 0) is False
-    assert as_claimed("exact", "undecided", 0) is None
-    assert as_claimed("biased", "differs", 0) is True
-    assert as_claimed("biased", "agrees", 1) is False
+    assert as_claimed("unbiased", "agrees", False) is True
+    assert as_claimed("unbiased", "differs", False) is False
+    assert as_claimed("exact", "undecided", False) is None
+    assert as_claimed("biased", "differs", False) is True
+    assert as_claimed("biased", "agrees", True) is False
     assert exit_code([]) == 1  # nothing measured is a failure
 
 
