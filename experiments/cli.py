@@ -110,6 +110,8 @@ def export_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.option("--margin", type=float, default=1e-3, show_default=True, help="Relative bias that does not matter.")
 @click.option("--alpha", type=float, default=1e-3, show_default=True, help="False-alarm rate of the whole report.")
 @click.option("--timeout", type=float, default=600.0, show_default=True, help="Seconds for one reference.")
+@click.option("--until-decided", is_flag=True, help="Add passes to undecided scenes; they are kept under --out.")
+@click.option("--budget", type=float, default=600.0, show_default=True, help="Seconds for --until-decided.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the pictures and results.json.")
 @click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output).")
 @export_options
@@ -123,6 +125,8 @@ def check(scenes: tuple[str, ...], classic: bool, **options: Any) -> None:
     from .check_command import run_check
 
     names = (*(catalogue.CLASSIC if classic else ()), *scenes)
+    if options["until_decided"] and options["out"] is None:
+        raise click.UsageError("--until-decided keeps its passes on disk: name a folder with --out")
     if not names:
         raise click.UsageError("name a scene file, a classic scene (see: nusselt list), or --classic")
     sys.exit(run_check(names, options, progress_bar, lambda scene: shell_command(scene, options)))

@@ -10,7 +10,8 @@ import pytest
 from builders import floor, lamp, scene
 
 from experiments import check as check_module
-from experiments.check import Question, References, as_claimed, check, seeds
+from experiments.check import Question, References, check, seeds
+from experiments.check_rows import as_claimed
 from experiments.results import exit_code
 from experiments.statistics import Level
 from mitsuba_bridge import reference as reference_module
