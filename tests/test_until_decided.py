@@ -88,7 +88,7 @@ def starved(monkeypatch):
     """So few passes at first that the first look cannot decide."""
     monkeypatch.setattr(check_module, "MAX_PASSES", 4)
     monkeypatch.setattr(until_module, "prior_of", lambda *_: NOTHING)  # its children take time
-    return Question(samples=4, margin=3e-3, level=Level(1e-3, 1))
+    return Question(samples=4, margin=1e-2, level=Level(1e-3, 1))
 
 
 def test_looks_are_added_until_it_is_decided_and_taken_up_again(tmp_path, starved, monkeypatch):
