@@ -96,8 +96,7 @@ def pooled_bias(difference: Floats, noise: Floats, passes: Floats, our_passes: F
         The same of ours, where pixels share their light points: then only whole passes are independent.
     """
     count = difference.size
-    # Ours: its freedom is the number of pixels the noise really rests on.
-    mine = (float(noise.sum()) / count**2, resting_on(noise)) if our_passes is None else _from_passes(our_passes)
+    mine = (float(noise.sum()) / count**2, freedom_of(noise)) if our_passes is None else _from_passes(our_passes)
     return welch(float(difference.mean()), mine, _from_passes(passes))
 
 
@@ -114,6 +113,14 @@ def welch(value: float, *sides: tuple[float, float]) -> Bias:
     weight = sum(side[0] ** 2 / side[1] for side in sides)
     freedom = variance**2 / weight if weight > 0 else 1e9
     return Bias(value, math.sqrt(variance), max(freedom, 1.0))
+
+
+def freedom_of(noise: Floats) -> float:
+    """Degrees of freedom of a sum of estimated variances (n,), whatever their law.
+
+    2 (sum v)^2 / Var(sum v), and Var(sum v) <= E sum v^2: twice the number of pixels the noise rests on.
+    """
+    return 2 * resting_on(noise)
 
 
 def resting_on(noise: Floats) -> float:

@@ -24,8 +24,8 @@ Progress = Callable[[int, int], None]
 def spread(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Array]:
     """For each of the job's settings (sampler, samples, passes): arrays of index k.
 
-    ``mean_k`` and ``variance_k`` (h, w) of one pass's channel average, ``square_k`` (h, w) the mean over passes of
-    its squared error against ``target`` where the job's folder has one, ``seconds_k`` (passes,) of all lights.
+    ``mean_k`` and ``variance_k`` (h, w) of one pass's channel average, ``passes_k`` (passes,) its mean over shaded
+    pixels, ``seconds_k`` (passes,) of all lights, and if the job wants them ``images_k`` (passes, h, w).
     """
     description = job["description"]
     width, height = description["camera"]["width"], description["camera"]["height"]
@@ -55,6 +55,10 @@ def spread(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, A
             plane = np.zeros(width * height)
             plane[shaded] = value
             out[f"{name}_{index}"] = plane.reshape(height, width)
+        if job.get("images"):
+            planes = np.zeros((len(values), width * height))
+            planes[:, shaded] = stack
+            out[f"images_{index}"] = planes.reshape(-1, height, width)
         out[f"passes_{index}"] = stack.mean(axis=1)
         out[f"seconds_{index}"] = np.array(seconds)
     return out

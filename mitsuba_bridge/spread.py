@@ -39,12 +39,15 @@ class Spread:
         Over the shaded pixels.
     seconds : (passes,) float64
         Of each pass, all lights together; the first compiles.
+    images : (passes, h, w) float64, optional
+        Every pass.
     """
 
     mean: Floats
     variance: Floats
     pass_means: Floats
     seconds: Floats
+    images: Floats | None = None
 
 
 def measure_spread(
@@ -53,10 +56,16 @@ def measure_spread(
     *,
     seed: int,
     timeout: float,
+    images: bool = False,
     running: Backend | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[Spread]:
     """Render a scene under each setting.
+
+    Parameters
+    ----------
+    images : bool
+        Hand back every pass too.
 
     Raises
     ------
@@ -72,12 +81,19 @@ def measure_spread(
             "task": "spread",
             "description": describe(scene, folder).as_json(),
             "seed": seed,
+            "images": images,
             "settings": [asdict(setting) for setting in settings],
         }
         arrays, _ = ask(job, folder, running, timeout, progress)
     try:
         return [
-            Spread(*(arrays[f"{kind}_{k}"] for kind in ("mean", "variance", "passes", "seconds")))
+            Spread(
+                mean=arrays[f"mean_{k}"],
+                variance=arrays[f"variance_{k}"],
+                pass_means=arrays[f"passes_{k}"],
+                seconds=arrays[f"seconds_{k}"],
+                images=arrays.get(f"images_{k}"),
+            )
             for k in range(len(settings))
         ]
     except KeyError as error:

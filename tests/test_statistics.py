@@ -27,7 +27,7 @@ def test_pooled_bias_is_the_mean_with_both_sides_noise():
     b = sum((x - passes.mean()) ** 2 for x in passes) / 31 / 32
     assert bias.value == pytest.approx(sum(difference.tolist()) / 500, rel=1e-12)
     assert bias.standard_error == pytest.approx(math.sqrt(a + b), rel=1e-12)
-    freedom = (a + b) ** 2 / (a**2 / resting_on(noise) + b**2 / 31)
+    freedom = (a + b) ** 2 / (a**2 / (2 * resting_on(noise)) + b**2 / 31)
     assert bias.freedom == pytest.approx(freedom, rel=1e-12)
 
 
