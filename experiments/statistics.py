@@ -47,8 +47,8 @@ class Level:
 
     @property
     def rest(self) -> float:
-        """Each of the two remaining tests: the variance, and whether pixels are independent."""
-        return self.alpha / 4 / self.rows / 2
+        """Each of the three remaining tests: the variance, whether pixels are independent, and the channels."""
+        return self.alpha / 4 / self.rows / 3
 
     def at_look(self, number: int) -> Level:
         """The share of look 1, 2, ... at a growing number of samples: alpha/(k (k+1)), alpha in all."""

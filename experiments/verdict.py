@@ -17,6 +17,7 @@ from mitsuba_bridge.reference import Reference
 from renderer.image import Image
 from renderer.vectors import Floats
 
+from .colour import colour_failures
 from .course import CourseScore, course_score
 from .decision import Word, decide
 from .earned import Side
@@ -36,7 +37,7 @@ from .statistics import (
 )
 
 TILE_MARGIN = 10
-"""A tile's margin in margins of the pooled mean: it sees places, not hairs."""
+"""A tile's margin, and a channel's, in margins of the pooled mean: it sees places, not hairs."""
 POWER = 0.99
 
 
@@ -139,6 +140,7 @@ def judge(
     tiles = tile_biases(difference, noise + reference.pixel_standard_error**2, judged, ROUNDING * scale)
     ratio, spread = _variances(ours, judged, level, prior) if judged.any() else (None, None)
     failures = broken + _place_failures(tiles, level, margin, scale, prior) + _variance_failures(ratio, spread)
+    failures += colour_failures(ours, reference, judged, passes, level.rest, (TILE_MARGIN * margin + ROUNDING) * scale)
     reach = bias.half_width(level.pooled, normal=not objection) / scale + ROUNDING
     interval = (bias.value / scale - reach, bias.value / scale + reach)
     word, reason, more = decide(interval, margin, failures, objection)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -137,6 +139,17 @@ def test_heavy_tails_and_few_passes_never_agree():
             assert one.word == "undecided", one.reason
             assert "decide" in one.reason
         assert found.objected.dtype == bool
+
+
+def test_swapped_channels_differ_though_their_average_is_right():
+    rng = np.random.default_rng(12)
+    level = np.array([0.8, 0.5, 0.2])[:, None, None]
+    noise = rng.normal(size=(40, 1, 20, 20)) * 0.05
+    image, reference = (image_of(noise[:4, 0].reshape(4, -1)), reference_of(noise[4:, 0].reshape(36, -1)))
+    for order, word in (((0, 1, 2), "agrees"), ((2, 1, 0), "differs")):
+        ours = dataclasses.replace(image, mean=level[list(order)] + image.mean, first=level + image.first)
+        theirs = dataclasses.replace(reference, mean=level + reference.mean, pass_means=0.5 + reference.pass_means)
+        assert judge(ours, theirs, passes=4, margin=0.05, level=Level(1e-3, 1)).word == word
 
 
 def test_a_pool_is_dealt_without_repeats():

@@ -15,7 +15,7 @@ FALSE_ALARM = 1e-6
 
 def test_level_splits_the_declared_rate_and_no_more():
     level = Level(1e-3, rows=11)
-    spent = 11 * (level.pooled + TILES**2 * level.tile + 2 * level.rest)
+    spent = 11 * (level.pooled + TILES**2 * level.tile + 3 * level.rest)
     assert spent == pytest.approx(1e-3, rel=1e-12)
 
 
