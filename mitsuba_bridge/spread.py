@@ -14,8 +14,8 @@ from .description import describe
 from .llvm import Backend, backend
 from .reference import ReferenceUnavailable, ask
 
-SAMPLERS = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
-"""Mitsuba's, by its own names."""
+SAMPLERS = ("independent", "stratified", "multijitter", "ldsampler")
+"""Mitsuba's, by its own names, that take any power of four; its `orthogonal` takes squares of primes alone."""
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ def penumbra() -> Scene:
 
 def behind_the_light() -> Scene:
     """A wall on either side of a light that stands upright."""
-    light = QuadLight((0.0, 0.2, -0.5), (0, 0, 1.0), (0, 1.0, 0), (5.0, 5.0, 5.0))
+    light = QuadLight((0.0, 0.7, -0.5), (0, 0, 1.0), (0, 0.8, 0), (5.0, 5.0, 5.0))
     left = _quad((-1.5, 0, 1.5), (-1.5, 0, -1.5), (-1.5, 2, -1.5), (-1.5, 2, 1.5))
     right = _quad((1.5, 0, -1.5), (1.5, 0, 1.5), (1.5, 2, 1.5), (1.5, 2, -1.5))
     return _scene("walls", floor(), left, right, lights=(light,))
