@@ -11,6 +11,7 @@ from renderer.light_points import unit_square
 from renderer.needs import Source
 from renderer.scene import Light, PointLight, QuadLight, SunLight
 from renderer.shading import ShadingPoints, lobe, reflect
+from renderer.shadows import Blockers
 from renderer.vectors import Floats, column, cross, dot
 
 from .altered import Altered
@@ -118,8 +119,16 @@ def unclamped_lobe() -> Altered:
 
 
 def no_gap(share: float = 2e-3) -> Altered:
-    """Shadow rays that go on behind the light."""
-    return Altered(shadow=lambda d: d * (1 + share))
+    """Shadow rays that go on behind the light, to whatever is there but the light itself."""
+
+    def see(source: Source, points: ShadingPoints, d: Floats, at_infinity: bool) -> Floats:
+        geometry = source.blockers.geometry
+        every = Blockers.everything(geometry)
+        others = np.flatnonzero(geometry.light[geometry.triangle_surface] < 0)
+        seen = replace(every, triangles=others).visible(points.position, points.ellipsoid, d * (1 + share), at_infinity)
+        return seen.astype(np.float64)
+
+    return Altered(see=see)
 
 
 def short_rays(share: float = 0.01) -> Altered:
