@@ -49,3 +49,19 @@ def exact_failures(ours: Image, reference: Reference, finite: Bools) -> list[str
     if (plain & off).any():
         failures.append(f"{int((plain & off).sum())} emitter or background pixels differ beyond rounding")
     return failures
+
+
+def still_failures(ours: Image, reference: Reference, judged: Bools, allowed: float, scale: float) -> list[str]:
+    """Shaded pixels without noise on either side, off by more than is allowed.
+
+    Parameters
+    ----------
+    allowed : float
+        Relative to the reference there, or to its mean ``scale`` where that is larger.
+    """
+    still = judged & (ours.pixel_variance == 0) & (reference.pixel_standard_error == 0)
+    limit = allowed * np.maximum(np.abs(reference.mean), scale)
+    off = still & (np.abs(ours.mean - reference.mean) > limit).any(axis=0)
+    return [
+        f"{int(off.sum())} of {int(still.sum())} pixels without noise are off by more than {allowed:.2%}"
+    ] * off.any()

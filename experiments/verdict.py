@@ -21,7 +21,7 @@ from .colour import colour_failures
 from .course import CourseScore, course_score
 from .decision import Word, decide
 from .earned import Side
-from .plain_pixels import ROUNDING, exact_failures, pixel_counts, shaded_on_both
+from .plain_pixels import ROUNDING, exact_failures, pixel_counts, shaded_on_both, still_failures
 from .spreads import Ratio, pass_spread, variance_ratio
 from .statistics import (
     TILES,
@@ -141,6 +141,7 @@ def judge(
     ratio, spread = _variances(ours, judged, level, prior) if judged.any() else (None, None)
     failures = broken + _place_failures(tiles, level, margin, scale, prior) + _variance_failures(ratio, spread)
     failures += colour_failures(ours, reference, judged, passes, level.rest, (TILE_MARGIN * margin + ROUNDING) * scale)
+    failures += still_failures(ours, reference, judged, TILE_MARGIN * margin + ROUNDING, scale)
     reach = bias.half_width(level.pooled, normal=not objection) / scale + ROUNDING
     interval = (bias.value / scale - reach, bias.value / scale + reach)
     word, reason, more = decide(interval, margin, failures, objection)

@@ -140,3 +140,18 @@ def test_the_advised_samples_decide():
             continue
         half /= math.sqrt(more)
         assert decide((centre - half, centre + half), 1e-3, [])[0] != "undecided"
+
+
+def test_pixels_without_noise_are_compared_one_by_one():
+    from test_calibration import image_of, reference_of
+
+    from experiments.plain_pixels import still_failures
+
+    right = np.ones((4, 100))
+    ours, theirs = image_of(right), reference_of(right)
+    judged = np.ones((10, 10), dtype=bool)
+    assert still_failures(ours, theirs, judged, 0.01, 1.0) == []
+    right[:, 7] = 1.02
+    assert "1 of 100 pixels" in still_failures(image_of(right), theirs, judged, 0.01, 1.0)[0]
+    right[0, 7] = 1.1  # it has noise: not this test's matter
+    assert still_failures(image_of(right), theirs, judged, 0.01, 1.0) == []

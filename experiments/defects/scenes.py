@@ -99,12 +99,14 @@ def colours() -> Scene:
 
 
 def three_lights() -> Scene:
-    """Three lamps in view."""
+    """Three lamps, seen from below."""
     lights = tuple(
         QuadLight((x - 0.25, 1.6, -0.25), (0, 0, 0.5), (0.5, 0, 0), c)
         for x, c in ((-1.2, (6.0, 6.0, 6.0)), (0.0, (1.0, 1.0, 4.0)), (1.2, (4.0, 1.0, 1.0)))
     )
-    return _scene("three lights", floor(), lights=lights, ellipsoids=(Ellipsoid.sphere((0.0, 0.4, 0.3), 0.4, GREY),))
+    low = Camera((0.3, 1.0, 5.0), (0.0, 0.8, 0.0), (0.0, 1.0, 0.0), 42.0)
+    ball = Ellipsoid.sphere((0.0, 0.4, 0.3), 0.4, GREY)
+    return _scene("three lights", floor(), lights=lights, ellipsoids=(ball,), camera=low)
 
 
 def sheared() -> Scene:
