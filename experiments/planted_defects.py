@@ -18,13 +18,14 @@ from rich.table import Table
 
 from mitsuba_bridge.reference import Reference, render_reference
 from mitsuba_bridge.tolerance import ray_tolerance
-from renderer.image import Image
+from renderer.image import Image, render
 from renderer.scene import Scene
 
 from .check import MAX_SAMPLES, Question, appearance, our_image, reference_target, seeds
 from .combine import combine_images
 from .defects.catalogue import CONTROLS, DEFECTS, Control, Planted
 from .defects.gates import pictures_differ, pixels_differ
+from .earned import PASSES
 from .prior import prior_of
 from .statistics import Level
 from .verdict import NOTHING, Prior, Verdict, judge
@@ -32,8 +33,6 @@ from .verdict import NOTHING, Prior, Verdict, judge
 FIRST = 4
 """Passes of the first look."""
 LOOKS = 8
-PAIRED = 2.0
-"""Two noisy sides of ours: their passes, in those of one side."""
 
 
 class Truths:
@@ -106,7 +105,7 @@ def hold(control: Control, truths: Truths, level: Level, seed: int, executor: Ex
         reference = truths.reference(scene, control.margin)
     else:
         other = dataclasses.replace(question, seed=seed + 1)
-        reference = as_reference(our_image(scene, control.against, other, executor, None)[0], control.against.name)
+        reference = as_reference(_truth(scene, control.against, other, executor), control.against.name)
     passes = ours.pass_means.size
     verdict = judge(ours, reference, passes=passes, margin=control.margin, level=level, prior=prior)
     claimed = {"agrees": True, "differs": False, "undecided": None}[verdict.word]
@@ -116,6 +115,15 @@ def hold(control: Control, truths: Truths, level: Level, seed: int, executor: Ex
         "as_claimed": claimed,
         "seconds": time.perf_counter() - started,
     }
+
+
+def _truth(scene: Scene, estimator: Any, question: Question, executor: Executor | None) -> Image:
+    """Our image with as many passes as a reference has."""
+    image, passes, _ = our_image(scene, estimator, question, executor, None)
+    if not 1 < passes < PASSES:
+        return image
+    root = seeds(question.seed, scene.name, estimator.name)[2]
+    return render(scene, estimator, seed=root, passes=PASSES, executor=executor, tolerance=ray_tolerance(scene))
 
 
 def as_reference(image: Image, name: str) -> Reference:
