@@ -8,33 +8,37 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Iterator
+from collections.abc import Sequence
 from concurrent.futures import Executor
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from rich import box
 from rich.table import Table
 
+from experiments.check import MAX_SAMPLES, Question, appearance, our_image, reference_target, seeds
+from experiments.combine import combine_images
+from experiments.defects.catalogue import CONTROLS, DEFECTS, Control, Planted
+from experiments.defects.gates import pictures_differ, pixels_differ
+from experiments.earned import PASSES
+from experiments.prior import prior_of
+from experiments.runs.declared import Experiment, Job, Outcome, Settings
+from experiments.runs.figures import GOLD, GREEN, RED, canvas
+from experiments.statistics import Level
+from experiments.verdict import NOTHING, Prior, Verdict, judge
 from mitsuba_bridge.reference import Reference, render_reference
 from mitsuba_bridge.tolerance import ray_tolerance
 from renderer.image import Image, render
 from renderer.scene import Scene
-
-from .check import MAX_SAMPLES, Question, appearance, our_image, reference_target, seeds
-from .combine import combine_images
-from .defects.catalogue import CONTROLS, DEFECTS, Control, Planted
-from .defects.gates import pictures_differ, pixels_differ
-from .earned import PASSES
-from .prior import prior_of
-from .statistics import Level
-from .verdict import NOTHING, Prior, Verdict, judge
 
 FIRST = 4
 """Passes of the first look."""
 FEW = 4
 """Samples of a pass of a defect: so few that what is easy to see is found by few."""
 LOOKS = 10
+TIMEOUT = 300.0
+"""Seconds for one reference."""
 
 
 class Truths:
@@ -175,7 +179,6 @@ def _row(
     passes = ours.pass_means.size
     samples = estimator.samples if estimator else reference.samples
     return {
-        "experiment": "planted-defects",
         "scene": scene.name,
         "estimator": estimator.name if estimator else "Mitsuba",
         "method": f"{estimator.name if estimator else 'Mitsuba'} against {reference.renderer}",
@@ -195,30 +198,56 @@ def _row(
     }
 
 
-def run(
-    *, seed: int = 0, quick: bool = False, timeout: float = 300.0, executor: Executor | None = None
-) -> Iterator[dict[str, Any]]:
-    """Every defect, then every control; with ``quick`` the controls that are scenes of defects are left to it.
-
-    Raises
-    ------
-    ReferenceUnavailable
-        If Mitsuba cannot run here.
-    """
-    controls = CONTROLS[:2] if quick else CONTROLS
-    level, truths = Level(rows=len(DEFECTS) + len(controls)), Truths(seed, timeout)
-    for planted in DEFECTS:
-        yield find(planted, truths, level, seed, executor)
-    for control in controls:
-        yield hold(control, truths, level, seed, executor)
+@lru_cache(maxsize=2)
+def _truths(seed: int) -> Truths:
+    """Shared by the jobs that one process does."""
+    return Truths(seed, TIMEOUT)
 
 
-def hardness_table(rows: list[dict[str, Any]]) -> Table:
+def find_job(number: int, rows: int, seed: int) -> Outcome:
+    """One defect, by its place in the catalogue, among so many rows."""
+    return Outcome([find(DEFECTS[number], _truths(seed), Level(rows=rows), seed)])
+
+
+def hold_job(number: int, rows: int, seed: int) -> Outcome:
+    """One control, by its place in the catalogue, among so many rows."""
+    return Outcome([hold(CONTROLS[number], _truths(seed), Level(rows=rows), seed)])
+
+
+def jobs(settings: Settings) -> list[Job]:
+    """Every defect, and every control; two of them where it must be quick."""
+    controls = 2 if settings.quick else len(CONTROLS)
+    told = {"rows": len(DEFECTS) + controls, "seed": settings.seed}
+    wrong = [Job(find_job, {"number": number, **told}, alone=True) for number in range(len(DEFECTS))]
+    return wrong + [Job(hold_job, {"number": number, **told}, alone=True) for number in range(controls)]
+
+
+def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """How large each defect's bias is, and which gates see it."""
+    rows = [outcome.rows[0] for outcome in outcomes if outcome.rows[0]["defect"] is not None]
+    rows = sorted(rows, key=lambda row: abs(row["bias_relative"]))
+    figure = canvas(8, 0.26 * len(rows) + 1.2)
+    axis = figure.subplots()
+    for place, row in enumerate(rows):
+        seen = row["picture_differs"], row["pixels_differ"]
+        colour = {0: RED, 1: GOLD, 2: GREEN}[sum(seen)]
+        axis.barh(place, max(abs(row["bias_relative"]), 1e-6), left=0, color=colour)
+    axis.set_yticks(range(len(rows)), [f"{row['defect']} ({row['scene']})" for row in rows], fontsize=7)
+    axis.set_xscale("log")
+    axis.set_xlabel("relative bias of the mean; red: neither usual gate sees it, gold: one does, green: both do")
+    axis.set_title("Planted defects: area 4 stratified, in passes until found", fontsize=10)
+    return {"defects": figure}
+
+
+def hardness_table(rows: Sequence[dict[str, Any]]) -> Table:
     """Defects, the hardest to see first, and what the usual gates say of them."""
+    controls = [row for row in rows if row["defect"] is None]
+    right = sum(row["verdict"] == "agrees" for row in controls)
     table = Table(
         box=box.SIMPLE,
         title="Planted defects, the hardest to see first",
-        caption="samples: a pixel and light, until it is found. PNG: 8-bit pictures that differ by more than a level "
+        caption=f"{right} of {len(controls)} right renderers agree. "
+        "samples: a pixel and light, until it is found. PNG: 8-bit pictures that differ by more than a level "
         "on average. z-test: pixel by pixel, forgiving 0.25 %, at the same samples.",
     )
     for name in ("defect", "scene", "verdict", "samples", "bias %", "margin %", "PNG", "z-test"):
@@ -230,3 +259,17 @@ def hardness_table(rows: list[dict[str, Any]]) -> Table:
         cells = [row["defect"], row["scene"], row["verdict"], "not found" if found is None else str(found)]
         table.add_row(*cells, f"{100 * row['bias_relative']:+.3f}", f"{100 * row['margin']:g}", *said)
     return table
+
+
+PLANTED_DEFECTS = Experiment(
+    "planted-defects",
+    "thirty wrong renderers that must differ, and right ones that must agree",
+    jobs,
+    figures,
+    table=hardness_table,
+)
+
+if __name__ == "__main__":
+    from experiments.runs.command import script
+
+    script("planted-defects")

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,16 +18,17 @@ from rich.markup import escape
 from rich.table import Table
 from scipy import stats
 
+from experiments.catalogue import load
+from experiments.check import appearance, seeds
+from experiments.runs.declared import Experiment, Job, Outcome, Settings
+from experiments.runs.figures import curves
+from experiments.statistics import Bias, Bools, freedom_of, pooled_bias
 from mitsuba_bridge.reference import Reference, render_reference
 from mitsuba_bridge.spread import SAMPLERS, Setting, Spread, measure_spread
 from renderer.estimators import ESTIMATORS, Estimator
 from renderer.image import Image, prepare, render
 from renderer.scene import Scene
 from renderer.vectors import Floats
-
-from .catalogue import load
-from .check import appearance, seeds
-from .statistics import Bias, Bools, freedom_of, pooled_bias
 
 SCENES = ("quad-stratified", "three-lights", "cornell-boxes", "glossy")
 SAMPLES = (4, 16, 64, 256)
@@ -111,7 +111,6 @@ def row_of(scene: Scene, method: Method, found: Measured, reference: Reference, 
     seconds = float(np.median(found.seconds))
     claim = "unbiased" if method.estimator is None else method.estimator.claim(prepare(scene)[1])
     return {
-        "experiment": "variance-table",
         "scene": scene.name,
         "estimator": method.title,
         "renderer": method.renderer,
@@ -213,14 +212,34 @@ def small(name: str, width: int) -> Scene:
     return scene.with_(width=width, height=max(1, round(scene.height * width / scene.width)))
 
 
-def run(
-    *, seed: int = 0, quick: bool = False, scenes: Sequence[str] = (), executor: Executor | None = None
-) -> Iterator[dict[str, Any]]:
-    """Every scene; with ``quick`` smaller images and fewer numbers of samples. Times are taken one at a time."""
-    for name in scenes or (SCENES[1:3] if quick else SCENES):
-        yield from scene_rows(
-            small(name, WIDTH // 2 if quick else WIDTH), SAMPLES[:3] if quick else SAMPLES, PASSES, seed, 600.0
-        )
+def scene_job(scene: Scene, samples: tuple[int, ...], seed: int) -> Outcome:
+    """All rows of a scene."""
+    return Outcome(scene_rows(scene, samples, PASSES, seed, 600.0))
+
+
+def jobs(settings: Settings) -> list[Job]:
+    """A scene each, one at a time: they are timed."""
+    chosen = settings.scenes or (SCENES[1:3] if settings.quick else SCENES)
+    samples, width = (SAMPLES[:3], WIDTH // 2) if settings.quick else (SAMPLES, WIDTH)
+    return [
+        Job(scene_job, {"scene": small(name, width), "samples": samples, "seed": settings.seed}, alone=True)
+        for name in chosen
+    ]
+
+
+def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """RMS error against seconds, a figure a scene."""
+    found = {}
+    for outcome in outcomes:
+        lines: dict[str, tuple[list[float], list[float]]] = {}
+        for row in outcome.rows:
+            if row["variance"] > 0:
+                xs, ys = lines.setdefault(row["estimator"], ([], []))
+                xs.append(float(np.median(row["seconds"])))
+                ys.append(row["rms_relative"])
+        scene = outcome.rows[0]["scene"]
+        found[scene] = curves(lines, "seconds of an image", "relative RMS of a pixel", f"{scene}: error against time")
+    return found
 
 
 HEADER = (
@@ -279,3 +298,19 @@ def markdown(rows: Sequence[dict[str, Any]]) -> str:
     """The same as a Markdown table."""
     lines = [HEADER, tuple("---" for _ in HEADER), *(cells(row) for row in rows)]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+VARIANCE_TABLE = Experiment(
+    "variance-table",
+    "bias, variance, slope and efficiency of every estimator and of Mitsuba's samplers",
+    jobs,
+    figures,
+    SCENES,
+    table=variance_table,
+    text=markdown,
+)
+
+if __name__ == "__main__":
+    from experiments.runs.command import script
+
+    script("variance-table")
