@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -19,11 +20,17 @@ from .pictures import write_pictures
 from .results import document, exit_code, write_json
 from .statistics import Level
 from .tables import console, left_out_table, verdict_table
+from .until_decided import check_until
 from .workers import worker_pool
 
 
 def _question(options: dict[str, Any], rows: int) -> Question:
-    for name, low, high in (("margin", 0.0, 1.0), ("alpha", 0.0, 0.5), ("timeout", 0.0, math.inf)):
+    for name, low, high in (
+        ("margin", 0.0, 1.0),
+        ("alpha", 0.0, 0.5),
+        ("timeout", 0.0, math.inf),
+        ("budget", 0.0, math.inf),
+    ):
         if not low < options[name] <= high:
             raise InputError(f"--{name}", options[name], f"a number above {low:g}, at most {high:g}")
     return Question(
@@ -34,6 +41,7 @@ def _question(options: dict[str, Any], rows: int) -> Question:
         seed=options["seed"],
         level=Level(options["alpha"], rows),
         timeout=options["timeout"],
+        shadow_origin=options["shadow_origin"],
     )
 
 
@@ -70,6 +78,7 @@ def run_check(
     target = options["target"] or (str(out / "results.json") if out else None)
     rows: list[dict[str, Any]] = []
     references = References()
+    deadline = time.monotonic() + options["budget"]
     table = console(stderr=target == "-")
 
     def save() -> None:
@@ -80,14 +89,17 @@ def run_check(
     with worker_pool() as pool:
         for name, scene in zip(names, scenes, strict=True):
             with progress_bar(scene.name) as report:
-                answer = check(
-                    scene,
-                    question,
-                    command=command_for(name),
-                    references=references,
-                    executor=pool,
-                    progress=report,
-                )
+                command = command_for(name)
+                if out and options["until_decided"]:
+                    # What is left of the time is shared by the scenes that are left.
+                    share = (deadline - time.monotonic()) / (len(scenes) - len(rows))
+                    answer = check_until(
+                        scene, question, command=command, folder=out, budget=share, executor=pool, progress=report
+                    )
+                else:
+                    answer = check(
+                        scene, question, command=command, references=references, executor=pool, progress=report
+                    )
             rows.append(answer.row)
             if out:
                 answer.row["images"] = write_pictures(answer, out / folder_name(scene.name))

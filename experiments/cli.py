@@ -82,6 +82,13 @@ def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--stratify/--no-stratify", "stratified", default=None, help="Instead of the scene's."),
         click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True),
         click.option("--lenient", is_flag=True, help="Warn of unknown commands in a scene instead of refusing it."),
+        click.option(
+            "--shadow-origin",
+            type=click.Choice(["surface", "mitsuba"]),
+            default="surface",
+            show_default=True,
+            help="Where shadow rays start: ours, or Mitsuba 3.9's rule, to be wrong as it is.",
+        ),
         click.option("--two-sided", is_flag=True, help="Surfaces reflect at their back too, on both renderers."),
     ):
         command = option(command)
@@ -103,6 +110,8 @@ def export_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.option("--margin", type=float, default=1e-3, show_default=True, help="Relative bias that does not matter.")
 @click.option("--alpha", type=float, default=1e-3, show_default=True, help="False-alarm rate of the whole report.")
 @click.option("--timeout", type=float, default=600.0, show_default=True, help="Seconds for one reference.")
+@click.option("--until-decided", is_flag=True, help="Add passes to undecided scenes; they are kept under --out.")
+@click.option("--budget", type=float, default=600.0, show_default=True, help="Seconds for --until-decided.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the pictures and results.json.")
 @click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output).")
 @export_options
@@ -116,6 +125,8 @@ def check(scenes: tuple[str, ...], classic: bool, **options: Any) -> None:
     from .check_command import run_check
 
     names = (*(catalogue.CLASSIC if classic else ()), *scenes)
+    if options["until_decided"] and options["out"] is None:
+        raise click.UsageError("--until-decided keeps its passes on disk: name a folder with --out")
     if not names:
         raise click.UsageError("name a scene file, a classic scene (see: nusselt list), or --classic")
     sys.exit(run_check(names, options, progress_bar, lambda scene: shell_command(scene, options)))
@@ -142,12 +153,18 @@ def render(scene: str, output: Path, **options: Any) -> None:
     estimator = chosen_estimator(read, options["estimator"], options["samples"], options["stratified"])
     for warning in read.warnings:
         click.echo(f"warning: {warning}", err=True)
+    offset = None
+    if options["shadow_origin"] == "mitsuba":
+        from mitsuba_bridge.ray_offset import mitsuba_offset
+
+        offset = mitsuba_offset(read)
     with worker_pool() as pool, progress_bar(read.name) as report:
         image = render_image(
             read,
             estimator,
             seed=options["seed"],
             executor=pool,
+            offset=offset,
             progress=lambda done, total: report("tiles", done, total),
         )
     if image.back_faces:

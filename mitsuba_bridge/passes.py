@@ -50,9 +50,9 @@ class Camera:
         return ray
 
 
-def make_sampler(seed: int, pixels: int, samples: int) -> Any:
-    """A multijitter sampler for ``samples`` paths in each of ``pixels`` pixels."""
-    sampler = mi.load_dict({"type": "multijitter", "sample_count": samples})
+def make_sampler(seed: int, pixels: int, samples: int, kind: str = "multijitter") -> Any:
+    """A sampler, Mitsuba's name for it, for ``samples`` paths in each of ``pixels`` pixels."""
+    sampler = mi.load_dict({"type": kind, "sample_count": samples})
     sampler.set_samples_per_wavefront(samples)
     sampler.seed(seed, pixels * samples)
     return sampler
@@ -68,15 +68,15 @@ def pixel_sums(values: list[Any], samples: int) -> Array:
     return np.stack([np.array(value) for value in sums])
 
 
-def one_pass(scene: Any, camera: Camera, pixels: Array, samples: int, seed: int) -> Array:
-    """Mean radiance (3, n) float64 of one pass over the pixels (n,)."""
+def one_pass(scene: Any, camera: Camera, pixels: Array, samples: int, seed: int, kind: str = "multijitter") -> Array:
+    """Mean radiance (3, n) float64 of one pass over the pixels (n,), with a sampler of this kind."""
     direct = integrator()
     out = np.empty((3, pixels.size))
     step = max(1, WAVEFRONT // samples)
     seeds = np.random.SeedSequence(seed).generate_state(1 + max(pixels.size - 1, 0) // step)
     for number, start in enumerate(range(0, pixels.size, step)):
         some = pixels[start : start + step]
-        sampler = make_sampler(int(seeds[number]), some.size, samples)
+        sampler = make_sampler(int(seeds[number]), some.size, samples, kind)
         radiance, _, _ = direct.sample(scene, sampler, camera.rays(some, samples, sampler))
         out[:, start : start + some.size] = pixel_sums([radiance.x, radiance.y, radiance.z], samples) / samples
     return out

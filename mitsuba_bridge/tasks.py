@@ -13,6 +13,7 @@ import numpy as np
 from . import phong
 from .patches import patches
 from .render_reference import Array, Progress, reference
+from .render_spread import spread
 from .scene_dict import bsdf_dict, scene_dict
 
 Task = Callable[[dict[str, Any], Path, Progress], dict[str, Array]]
@@ -95,6 +96,13 @@ def image(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Ar
     return {"image": np.array(found)}
 
 
+def epsilons(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Array]:
+    """By how much shadow rays are lifted off a surface, and stop short of a light; NaN where there is no such rule."""
+    found = [getattr(mi.math, name, np.nan) for name in ("RayEpsilon", "ShadowEpsilon")]
+    newer = hasattr(mi.math, "PositionEpsilon")  # the rule of Mitsuba 3.10
+    return {"epsilons": np.array([np.nan, np.nan] if newer else found, dtype=np.float64)}
+
+
 TASKS: dict[str, Task] = {
     "reference": reference,
     "proof": proof,
@@ -103,4 +111,6 @@ TASKS: dict[str, Task] = {
     "chi_squared": chi_squared,
     "image": image,
     "patches": patches,
+    "spread": spread,
+    "epsilons": epsilons,
 }

@@ -11,7 +11,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, as_completed
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -22,7 +22,8 @@ from .camera import pixel_centres
 from .edges import Tolerance, near_edges
 from .estimators.protocol import Estimator, Routed
 from .geometry import Geometry, build_geometry
-from .needs import LeftOut, Needs, find_needs
+from .needs import LeftOut, Needs, Source, find_needs
+from .ray_offset import RayOffset
 from .recentre import near_origin
 from .scene import Scene
 from .vectors import Floats
@@ -91,6 +92,7 @@ class Job:
     passes: int
     everything: bool
     tolerance: Tolerance | None
+    offset: RayOffset | None = None
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,7 @@ def _shade(job: Job, tile: Tile, number: int, view: View, needs: Needs, routes: 
     radiance = view.emission.copy()
     if view.lit.size:
         for source in needs.sources:
-            near = source.seen_from(view.points.position)
+            near = _near(job, source, view)
             rng = _stream(job, tile, number, source.index)
             if isinstance(job.estimator, Routed):
                 share, taken = job.estimator.with_routes(view.points, near, rng)
@@ -146,6 +148,13 @@ def _shade(job: Job, tile: Tile, number: int, view: View, needs: Needs, routes: 
                 share = job.estimator(view.points, near, rng)
             radiance[:, view.lit] += share
     return radiance
+
+
+def _near(job: Job, source: Source, view: View) -> Source:
+    """The source with what may block it here. Rays that start off the surface can meet what ours cannot: all of it."""
+    if job.offset is None:
+        return source.seen_from(view.points.position)
+    return replace(source, blockers=replace(source.blockers, offset=job.offset))
 
 
 class _Moments:
@@ -177,7 +186,7 @@ class _Moments:
 def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
     """All passes of one tile: arrays over its pixels (row by row), and its share of each pass's sum."""
     scene = job.scene
-    geometry, needs = prepare(scene, job.everything)
+    geometry, needs = prepare(scene, job.everything or job.offset is not None)
     x, y = pixel_centres(tile.columns, tile.rows)
     n, boxed = x.size, scene.spp > 1
     passes = job.passes if boxed or job.estimator.is_random(needs) else 1
@@ -235,6 +244,7 @@ def render(
     progress: Progress | None = None,
     everything: bool = False,
     tolerance: Tolerance | None = None,
+    offset: RayOffset | None = None,
 ) -> Image:
     """Render a scene.
 
@@ -254,15 +264,18 @@ def render(
         Leave nothing out (see `needs`).
     tolerance : Tolerance, optional
         Mark pixels this close to an edge.
+    offset : RayOffset, optional
+        Trace shadow rays by another renderer's rule, to be wrong as it is.
 
     Returns
     -------
     Image
     """
-    scene = near_origin(scene)
-    job = Job(scene, estimator, seed, passes, everything, tolerance)
+    if offset is None:  # another renderer's rule knows where the origin is
+        scene = near_origin(scene)
+    job = Job(scene, estimator, seed, passes, everything, tolerance, offset)
     parts = tiles(scene, estimator.samples)
-    _, needs = prepare(scene, everything)
+    _, needs = prepare(scene, everything or offset is not None)
     arrays: dict[str, Any] = {}
     pass_sums: dict[int, Floats] = {}
     routes: Counter[str] = Counter()

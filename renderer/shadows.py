@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .geometry import Geometry, Ints
+from .ray_offset import RayOffset
 from .vectors import Floats, dot, transform
 from .watertight import SLOPE_ULPS, edge_functions, one_norm
 
@@ -39,11 +40,14 @@ class Blockers:
     geometry : Geometry
     triangles, ellipsoids : (k,) int64
         Indices of the candidates.
+    offset : RayOffset, optional
+        Another renderer's rule for shadow rays; None is ours.
     """
 
     geometry: Geometry
     triangles: Ints
     ellipsoids: Ints
+    offset: RayOffset | None = None
 
     @classmethod
     def everything(cls, geometry: Geometry) -> Blockers:
@@ -73,7 +77,9 @@ class Blockers:
         below = (here.max(axis=1, initial=-np.inf) <= bound) & (there.max(axis=1) <= slack)
         return Blockers(g, k[~(above | below)], self.ellipsoids)
 
-    def visible(self, points: Floats, own_ellipsoid: Ints, d: Floats, at_infinity: bool) -> Bools:
+    def visible(
+        self, points: Floats, own_ellipsoid: Ints, d: Floats, at_infinity: bool, normal: Floats | None = None
+    ) -> Bools:
         """Which light points each shading point sees.
 
         Parameters
@@ -83,11 +89,15 @@ class Blockers:
             Ellipsoid each point lies on, -1 for none.
         d : (3, n, k) float64
             From each point to its k light points; with ``at_infinity`` directions of any length.
+        normal : (3, n) float64, optional
+            Unit normals, read by the offset rule alone.
 
         Returns
         -------
         (n, k) bool
         """
+        if self.offset is not None and normal is not None:
+            points, d = self.offset.moved(points, normal, d, at_infinity)
         hidden = np.zeros(d.shape[1:], dtype=bool)
         if self.triangles.size:
             step = max(1, BLOCK // (self.triangles.size * d.shape[2]))

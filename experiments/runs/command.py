@@ -13,6 +13,7 @@ from rich.table import Table
 
 from renderer.errors import InputError
 
+from ..files import replacing
 from ..results import document, exit_code, write_json
 from ..statistics import Level
 from ..tables import console, verdict_table
@@ -97,6 +98,9 @@ def run_one(
     if out and rows:
         folder = out / experiment.name
         write_csv(rows, folder / "rows.csv")
+        if experiment.text:
+            with replacing(folder / "rows.md") as beside:
+                beside.write_text(experiment.text(rows), encoding="utf-8")
         for name, figure in experiment.figures(outcomes).items():
             figure.text(
                 0.995, 0.004, f"seed {settings.seed}: {tail['command']}", ha="right", fontsize=6, color="#718096"
@@ -130,7 +134,10 @@ def run_experiments(experiments: Sequence[Experiment], request: Request, progres
 
 
 def _table(rows: list[Row], experiment: Experiment, width: int) -> Table:
-    """Verdicts as `nusselt check` shows them, other rows as they are."""
+    """As the experiment wants it; else verdicts as `nusselt check` shows them, and other rows as they are."""
+    if experiment.table:
+        found: Table = experiment.table(rows)
+        return found
     if rows and all("bias_interval" in row for row in rows):
         return verdict_table(rows, Level().alpha, width)
     return table(rows, f"{experiment.name}: {experiment.summary}")

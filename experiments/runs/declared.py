@@ -94,6 +94,10 @@ class Experiment:
         Outcomes, in the order of the jobs, to matplotlib figures by name.
     scenes : tuple of str
         Classic scenes it looks at; empty if it makes its own.
+    table : callable, optional
+        Rows to a table for the terminal, where the general one would not do.
+    text : callable, optional
+        Rows to a Markdown page.
     """
 
     name: str
@@ -101,3 +105,5 @@ class Experiment:
     jobs: Callable[[Settings], Sequence[Job]]
     figures: Callable[[Sequence[Outcome]], dict[str, Any]]
     scenes: tuple[str, ...] = ()
+    table: Callable[[Sequence[Row]], Any] | None = None
+    text: Callable[[Sequence[Row]], str] | None = None

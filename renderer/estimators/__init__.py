@@ -8,18 +8,28 @@ from __future__ import annotations
 
 from .analytic import Analytic
 from .area import Area
+from .area_lattice import AreaLattice
 from .control_variate import ControlVariate
 from .exact import Exact
 from .protocol import Claim, Estimator
 from .visibility_analytic import VisibilityAnalytic
 from .visibility_centre import VisibilityCentre
 
-ESTIMATORS: tuple[type[Estimator], ...] = (Analytic, Area, VisibilityCentre, VisibilityAnalytic, ControlVariate, Exact)
+ESTIMATORS: tuple[type[Estimator], ...] = (
+    Analytic,
+    Area,
+    AreaLattice,
+    VisibilityCentre,
+    VisibilityAnalytic,
+    ControlVariate,
+    Exact,
+)
 
 __all__ = [
     "ESTIMATORS",
     "Analytic",
     "Area",
+    "AreaLattice",
     "Claim",
     "ControlVariate",
     "Estimator",
