@@ -1,0 +1,268 @@
+"""The image whose pixels are averages over their areas, from an estimator without noise, to a tolerance.
+
+Where the edges run is one question, how bright it is between them another. The first is answered exactly (see
+`bits`, `moments`), the second by as few evaluations as the tolerance allows (see `smooth`, `refine`).
+"""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..estimators.protocol import Estimator
+from ..geometry import Ints
+from ..image import Image
+from ..needs import LeftOut
+from ..scene import Scene
+from ..vectors import Floats
+from .bits import bits_of, cut_at_crossings
+from .first_estimates import first_estimates, whole_pixels
+from .moments import Edges, Pieces, pieces_of, visible_edges
+from .outlines import find_lines
+from .refine import Items, refine
+from .regions import Regions
+from .shade import Palette, Shader, Work, palette_of, regions_of, surface_of
+from .smooth import Bools, fill_centres, shifted
+
+EDGE = -2
+"""Region of a pixel that an edge crosses."""
+SAMPLED = 8
+"""A side of the grid of rays in a pixel that cannot be cut exactly."""
+SHARE = 0.5
+"""Of the tolerance, that interpolated centres may spend."""
+
+
+@dataclass(frozen=True)
+class AreaImage:
+    """An image and what it took.
+
+    Parameters
+    ----------
+    image : Image
+    error : float
+        Estimated RMS error over shaded pixels, relative to their RMS.
+    tolerance : float
+        What was asked.
+    evaluations : int
+        Points shaded.
+    whole, pieces, sampled : int
+        Shaded pixels without an edge; pieces of pixels with one; pixels whose regions were found by rays.
+    """
+
+    image: Image
+    error: float
+    tolerance: float
+    evaluations: int
+    whole: int
+    pieces: int
+    sampled: int
+
+
+def render_area(
+    scene: Scene,
+    estimator: Estimator,
+    *,
+    tolerance: float = 1e-3,
+    executor: Executor | None = None,
+    everything: bool = False,
+) -> AreaImage:
+    """Render box-filtered pixels.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its ``spp`` is not used.
+    estimator : Estimator
+        One without noise.
+    tolerance : float
+        RMS error over the shaded pixels, relative to their RMS, in (0, 1).
+    executor : Executor, optional
+        Where points are shaded. The image does not depend on it.
+    everything : bool
+        Leave nothing out (see `needs`).
+
+    Raises
+    ------
+    InputError
+        If the estimator is random, or the tolerance is not in (0, 1).
+    """
+    if not 0 < tolerance < 1:
+        raise InputError("tolerance", tolerance, "a number in (0, 1)")
+    _, needs, regions = regions_of(scene, everything)
+    if estimator.is_random(needs):
+        raise InputError("estimator", estimator.name, "one without noise in this scene, for pixels by area")
+    shade = Shader(Work(scene, estimator, everything), executor)
+    palette = palette_of(scene, regions, needs)
+    edges, region, pieces, sampled = _cut(regions)
+    items, square = _base(regions, palette, region, pieces, sampled, shade, tolerance)
+    budget = tolerance**2 * square
+    rest = refine(items, edges, regions, shade, budget)
+    image = _assemble(scene, regions, palette, region, pieces, items, needs.left_out)
+    error = math.sqrt(rest / square) if square > 0 else 0.0
+    whole = int(items.whole.sum())
+    return AreaImage(
+        image, error, tolerance, shade.evaluations, whole, items.pixel.size - whole, int(np.unique(sampled).size)
+    )
+
+
+def _cut(regions: Regions) -> tuple[Edges, Ints, Pieces, Ints]:
+    """Visible edges; the region of every pixel (EDGE where one passes); pieces; pixels found by rays."""
+    width, height = regions.lens.width, regions.lens.height
+    lines = find_lines(regions.geometry, regions.faces, regions.planes, regions.lens)
+    bits, crowded = cut_at_crossings(bits_of(lines, width, height))
+    edges = visible_edges(bits, regions)
+    pieces, bad = pieces_of(edges, width, 1, regions)
+    x, y = np.tile(np.arange(width) + 0.5, height), np.repeat(np.arange(height) + 0.5, width)
+    region = regions.seen(x, y)
+    region[pieces.cell] = EDGE
+    sampled = np.unique(np.concatenate((bad, crowded, _missed(region.reshape(height, width)))))
+    pieces = _resampled(pieces, sampled, regions)
+    region[sampled] = EDGE
+    return edges, region, pieces, sampled
+
+
+def _missed(region: Ints) -> Ints:
+    """Pixels whose neighbour shows another region though no edge was found in either."""
+    wrong = np.zeros(region.shape, dtype=bool)
+    for dy, dx in ((0, 1), (1, 0)):
+        beside = shifted(region, dy, dx, EDGE)
+        apart = (region != beside) & (region != EDGE) & (beside != EDGE)
+        wrong |= apart | shifted(apart, -dy, -dx, False).astype(bool)
+    return np.flatnonzero(wrong)
+
+
+def _resampled(pieces: Pieces, pixels: Ints, regions: Regions) -> Pieces:
+    """Pieces of the given pixels from a grid of rays instead."""
+    if pixels.size == 0:
+        return pieces
+    grid = SAMPLED
+    row, column = np.divmod(pixels, regions.lens.width)
+    v, u = (np.array(np.divmod(np.arange(grid * grid), grid)) + 0.5) / grid
+    x, y = column[:, None] + u, row[:, None] + v
+    seen = regions.seen(x.ravel(), y.ravel())
+    base = int(seen.max(initial=0)) + 2
+    key, inverse = np.unique(np.repeat(pixels, grid * grid) * base + seen + 1, return_inverse=True)
+    moments = (np.ones(seen.size), x.ravel(), y.ravel())
+    total, sx, sy = (np.bincount(inverse, m) for m in moments)
+    mx, my = sx / total, sy / total
+    du, dv = x.ravel() - mx[inverse], y.ravel() - my[inverse]
+    covariance = np.stack([np.bincount(inverse, product) / total for product in (du * du, du * dv, dv * dv)])
+    kept = np.flatnonzero(~np.isin(pieces.cell, pixels))
+    found = Pieces(key // base, key % base - 1, total / grid**2, mx, my, covariance)
+    return Pieces(
+        *(
+            np.concatenate((getattr(pieces, n)[..., kept], getattr(found, n)), axis=-1)
+            for n in found.__dataclass_fields__
+        )
+    )
+
+
+def _base(
+    regions: Regions,
+    palette: Palette,
+    region: Ints,
+    pieces: Pieces,
+    sampled: Ints,
+    shade: Shader,
+    tolerance: float,
+) -> tuple[Items, float]:
+    """All items with their first values and estimates, and the sum of squared radiance over them."""
+    width, height = regions.lens.width, regions.lens.height
+    surface = surface_of(np.maximum(region, -1), regions.surfaces)
+    fillable = np.where((region != EDGE) & palette.reflects[surface], region, EDGE).reshape(height, width)
+    spread: list[float] = []
+
+    def evaluate(pixel: Ints) -> Floats:
+        return shade(pixel % width + 0.5, pixel // width + 0.5, region[pixel])
+
+    def allowed(first: Floats) -> float:
+        mean = math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
+        spread.append(mean)
+        return SHARE * tolerance * mean
+
+    centre, _ = fill_centres(fillable, evaluate, allowed)
+    mine = np.flatnonzero(palette.reflects[surface_of(pieces.region, regions.surfaces)])
+    piece_value = shade(pieces.x[mine], pieces.y[mine], pieces.region[mine])
+    value, smooth = whole_pixels(centre, fillable)
+    full = np.flatnonzero(fillable.ravel() != EDGE)
+    pixel = np.concatenate((full, pieces.cell[mine]))
+    x = np.concatenate((full % width + 0.5, pieces.x[mine]))
+    y = np.concatenate((full // width + 0.5, pieces.y[mine]))
+    mean = np.hstack((value.reshape(3, -1)[:, full], piece_value))
+    which = np.concatenate((region[full], pieces.region[mine]))
+    estimate = first_estimates(centre.sum(axis=0), fillable, pixel, which, x, y, mean.sum(axis=0))
+    known = np.isfinite(smooth.ravel()[full])
+    estimate[: full.size] = np.where(known, smooth.ravel()[full], estimate[: full.size])
+    hidden = regions.seen(pieces.x[mine], pieces.y[mine]) != pieces.region[mine]
+    rough = np.concatenate((np.zeros(full.size, dtype=bool), hidden | np.isin(pieces.cell[mine], sampled)))
+    area = np.concatenate((np.ones(full.size), pieces.area[mine]))
+    estimate = np.where(rough, np.sqrt((mean**2).sum(axis=0)), estimate) * area
+    items = Items(
+        pixel=pixel,
+        region=which,
+        area=area,
+        x=x,
+        y=y,
+        covariance=np.hstack((np.zeros((3, full.size)), pieces.covariance[:, mine])),
+        value=mean,
+        estimate=estimate,
+        level=np.zeros(pixel.size, dtype=np.int64),
+        whole=np.arange(pixel.size) < full.size,
+    )
+    return items, float(((items.value * items.area) ** 2).sum())
+
+
+def _assemble(
+    scene: Scene,
+    regions: Regions,
+    palette: Palette,
+    region: Ints,
+    pieces: Pieces,
+    items: Items,
+    left_out: tuple[LeftOut, ...],
+) -> Image:
+    """Sum of all items in each pixel, and what is seen without being shaded."""
+    height, width = scene.height, scene.width
+    count = height * width
+    full = np.flatnonzero(region != EDGE)
+    pixel = np.concatenate((full, pieces.cell))
+    area = np.concatenate((np.ones(full.size), pieces.area))
+    surface = surface_of(np.concatenate((region[full], pieces.region)), regions.surfaces)
+
+    def share(kind: Bools) -> Floats:
+        return _snapped(np.bincount(pixel, area * kind[surface], count))
+
+    nothing = np.arange(regions.surfaces + 1) == regions.surfaces
+    mean: Floats = np.stack([np.bincount(pixel, area * seen[surface], count) for seen in palette.seen]).astype(
+        np.float64
+    )
+    mean += np.stack([np.bincount(items.pixel, items.area * channel, count) for channel in items.value])
+    mean = mean.reshape(3, height, width)
+    emitter, background = (share(kind).reshape(height, width) for kind in (palette.emitter, nothing))
+    zero = np.zeros((height, width))
+    shaded = (emitter == 0) & (background == 0)
+    average = float(mean.mean(axis=0)[shaded].sum()) / max(int(shaded.sum()), 1)
+    return Image(
+        first=mean,
+        mean=mean,
+        variance=np.zeros_like(mean),
+        pixel_variance=zero,
+        level_mean=255 * np.clip(mean, 0, 1),
+        level_variance=np.zeros_like(mean),
+        emitter=emitter,
+        background=background,
+        unjudged=np.zeros((height, width), dtype=bool),
+        pass_means=np.array([average]),
+        back_faces=int((share(palette.back) > 0).sum()),
+        left_out=left_out,
+    )
+
+
+def _snapped(share: Any) -> Floats:
+    """Shares of a pixel; within 1e-6 of nothing or all they are that."""
+    return np.where(share < 1e-6, 0.0, np.where(share > 1 - 1e-6, 1.0, share))
