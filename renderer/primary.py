@@ -17,7 +17,7 @@ from .shadows import plane_bound
 from .vectors import Floats, dot, transform, unit
 from .watertight import edge_functions, one_norm
 
-BLOCK = 1 << 18
+BLOCK = 1 << 15
 """Triangle-ray pairs handled at once: bounds the memory, and fits the cache."""
 
 
@@ -52,19 +52,17 @@ class Pencil:
 
     Parameters
     ----------
-    edges : (3 edges, 3, t) float64
-        Edge functions, turned so that all three are positive inside.
-    slack : (3 edges, t) float64
-        Their rounding, relative to |d|_1.
-    nearness : (3, t) float64
-        Times a direction: one over the distance along it to the triangle's plane (Olano & Greer 1997).
+    rows : (4, 3, t) float64
+        Three edge functions, turned so that all are positive inside, and a row that gives, times a direction, one
+        over the distance along it to the triangle's plane (Olano & Greer 1997).
+    slack : (3, t) float64
+        The edge functions' rounding, relative to |d|_1.
     live : (t,) bool
         Whether the origin lies off the plane.
     """
 
-    edges: Floats
+    rows: Floats
     slack: Floats
-    nearness: Floats
     live: NDArray[np.bool_]
 
     @classmethod
@@ -75,22 +73,22 @@ class Pencil:
         live = np.abs(height) > plane_bound(geometry.normal, geometry.a, origin)
         side = np.where(height < 0, -1.0, 1.0)
         nearness = geometry.normal / np.where(live, height, 1.0)
-        return cls(np.stack([edge * side for edge, _ in pairs]), np.stack([s for _, s in pairs]), nearness, live)
+        rows = np.stack((*(edge * side for edge, _ in pairs), nearness))
+        return cls(rows, np.stack([slack for _, slack in pairs]), live)
 
-    def in_tile(self, corners: Floats) -> Ints:
-        """Which triangles can be hit by directions in the cone of four corner directions (3, 4)."""
-        highest = np.full((4, self.live.size), -np.inf)
-        for corner in corners.T[:, :, None]:
-            for row, function in enumerate((*self.edges, self.nearness)):
-                np.maximum(highest[row], dot(function, corner), out=highest[row])
-        slack = 2 * self.slack * one_norm(corners).max()
-        return np.flatnonzero((highest[:3] >= -slack).all(axis=0) & (highest[3] > 0) & self.live)
+    def in_tile(self, corners: Floats, among: Ints | None = None) -> Ints:
+        """Which triangles, of all or of some, can be hit by directions in the cone of four corner ones (3, 4)."""
+        some = np.flatnonzero(self.live) if among is None else among
+        rows = self.rows[..., some]
+        highest = np.max([dot(np.moveaxis(rows, 1, 0), corner) for corner in corners.T[:, :, None, None]], axis=0)
+        slack = 2 * self.slack[:, some] * one_norm(corners).max()
+        return np.asarray(some[(highest[:3] >= -slack).all(axis=0) & (highest[3] > 0)])
 
     def nearest(self, d: Floats, chosen: Ints) -> tuple[Floats, Ints]:
         """One over the distance to the nearest of the chosen triangles along each direction, and which it is.
 
-        0 and -1 where there is none. Every function is a row of one matrix product; of a product of three terms
-        each order of summing is inside the slack.
+        0 and -1 where there is none. All functions are rows of one product, by einsum: a BLAS brings its own
+        threads along, which stand in each other's way when all cores are busy.
         """
         n = d.shape[1]
         best, which = np.zeros(n), np.full(n, -1)
@@ -98,7 +96,7 @@ class Pencil:
         step = max(1, BLOCK // max(n, 1))
         for start in range(0, chosen.size, step):
             block = chosen[start : start + step]
-            w = np.stack((*self.edges, self.nearness))[..., block].transpose(0, 2, 1) @ d  # (4, block, n)
+            w = np.einsum("rck,cn->rkn", self.rows[..., block], d)  # (4, block, n)
             inside = w[0] >= -size * self.slack[0, block, None]
             for edge in (1, 2):
                 inside &= w[edge] >= -size * self.slack[edge, block, None]
@@ -115,7 +113,7 @@ class Pencil:
 
         From the corners, not from origin + t d, however far the camera is.
         """
-        w = np.stack([dot(edge[:, triangle], d) for edge in self.edges])
+        w = np.stack([dot(edge[:, triangle], d) for edge in self.rows[:3]])
         w = w / w.sum(axis=0)
         a, b, c = (corner[:, triangle] for corner in (geometry.a, geometry.b, geometry.c))
         return np.asarray(w[0] * a + w[1] * b + w[2] * c)

@@ -22,8 +22,9 @@ from .faces import Faces, find_faces
 from .lens import Lens
 from .outlines import light_planes
 
-BLOCK = 64
-"""Pixels a side."""
+BLOCKS = (128, 64, 32, 16)
+"""Pixels a side of the blocks whose triangles are looked up; small ones only where there are many triangles."""
+MANY = 200
 NOTHING = -1
 MOST_PLANES = 16
 """Lights whose planes crease surfaces; further ones are left to refinement."""
@@ -68,19 +69,18 @@ class Regions:
         return found
 
     @cached_property
-    def _blocks(self) -> dict[int, Ints]:
+    def _blocks(self) -> dict[tuple[int, int, int], Ints]:
         return {}
 
-    def _candidates(self, block: int, across: int) -> Ints:
-        """Triangles seen in a block, found once."""
-        if block not in self._blocks:
-            row, column = divmod(block, across)
-            x, y = np.array([0, 1, 0, 1]), np.array([0, 0, 1, 1])
-            corners = self.lens.directions(
-                (column + x) * BLOCK + 0.02 * (x - 0.5), (row + y) * BLOCK + 0.02 * (y - 0.5)
-            )
-            self._blocks[block] = self.pencil.in_tile(corners)
-        return self._blocks[block]
+    def _candidates(self, level: int, row: int, column: int) -> Ints:
+        """Triangles seen in a block, found once, among those of the block around it."""
+        key = level, row, column
+        if key not in self._blocks:
+            x, y, size = np.array([0, 1, 0, 1]), np.array([0, 0, 1, 1]), BLOCKS[level]
+            corners = self.lens.directions((column + x) * size + 0.02 * (x - 0.5), (row + y) * size + 0.02 * (y - 0.5))
+            among = self._candidates(level - 1, row // 2, column // 2) if level else None
+            self._blocks[key] = self.pencil.in_tile(corners, among)
+        return self._blocks[key]
 
     def seen(self, x: Floats, y: Floats) -> Ints:
         """Regions (n,) at image points (n,); NOTHING where there is none."""
@@ -95,16 +95,19 @@ class Regions:
         return self._sided(surface, d, near)
 
     def _nearest_triangles(self, x: Floats, y: Floats, d: Floats) -> tuple[Floats, Ints]:
-        across = -(-self.lens.width // BLOCK)
-        column = np.clip(x // BLOCK, 0, across - 1)
-        row = np.clip(y // BLOCK, 0, -(-self.lens.height // BLOCK) - 1)
+        level = 1 if self.geometry.triangles < MANY else len(BLOCKS) - 1
+        size = BLOCKS[level]
+        across = -(-self.lens.width // size)
+        column = np.clip(x // size, 0, across - 1)
+        row = np.clip(y // size, 0, -(-self.lens.height // size) - 1)
         block = (row * across + column).astype(np.int64)
         order = np.argsort(block, kind="stable")
         bounds = np.flatnonzero(np.diff(block[order], prepend=-1, append=-1))
         near, triangle = np.zeros(x.size), np.full(x.size, -1)
         for first, last in pairwise(bounds):
             here = order[first:last]
-            near[here], triangle[here] = self.pencil.nearest(d[:, here], self._candidates(int(block[here[0]]), across))
+            chosen = self._candidates(level, *divmod(int(block[here[0]]), across))
+            near[here], triangle[here] = self.pencil.nearest(d[:, here], chosen)
         return near, triangle
 
     def _sided(self, surface: Ints, d: Floats, near: Floats) -> Ints:

@@ -185,7 +185,7 @@ def _base(
         spread.append(mean)
         return SHARE * tolerance * mean
 
-    centre, _ = fill_centres(fillable, evaluate, allowed)
+    centre, bound = fill_centres(fillable, evaluate, allowed)
     mine = np.flatnonzero(palette.reflects[surface_of(pieces.region, regions.surfaces)])
     piece_value = shade(pieces.x[mine], pieces.y[mine], pieces.region[mine])
     value, smooth = whole_pixels(centre, fillable)
@@ -195,9 +195,12 @@ def _base(
     y = np.concatenate((full // width + 0.5, pieces.y[mine]))
     mean = np.hstack((value.reshape(3, -1)[:, full], piece_value))
     which = np.concatenate((region[full], pieces.region[mine]))
-    estimate = first_estimates(centre.sum(axis=0), fillable, pixel, which, x, y, mean.sum(axis=0))
-    known = np.isfinite(smooth.ravel()[full])
-    estimate[: full.size] = np.where(known, smooth.ravel()[full], estimate[: full.size])
+    smooth = smooth.ravel()[full]
+    lone = np.concatenate((np.flatnonzero(~np.isfinite(smooth)), np.arange(full.size, pixel.size)))
+    estimate = np.concatenate((np.maximum(smooth, bound.ravel()[full]), np.zeros(mine.size)))
+    estimate[lone] = first_estimates(
+        centre.sum(axis=0), fillable, pixel[lone], which[lone], x[lone], y[lone], mean.sum(axis=0)[lone]
+    )
     hidden = regions.seen(pieces.x[mine], pieces.y[mine]) != pieces.region[mine]
     rough = np.concatenate((np.zeros(full.size, dtype=bool), hidden | np.isin(pieces.cell[mine], sampled)))
     area = np.concatenate((np.ones(full.size), pieces.area[mine]))

@@ -38,16 +38,20 @@ class Rule:
         Of the fourth difference alone.
     smooth, kink : float
         Of the fourth and the sixth together.
+    outward : bool
+        Whether the second difference next to a node may speak for it.
     """
 
     rough: float
     smooth: float
     kink: float
+    outward: bool
 
 
-BETWEEN = Rule(0.4, 0.07, 0.13)
-"""Of cubic interpolation between nodes: 3/128 where smooth; a kink midway leaves 3/8 where these are 1 and 3."""
-WITHIN = Rule(1 / 12, 1 / 100, 1 / 40)
+BETWEEN = Rule(0.4, 0.07, 0.13, True)
+"""Of cubic interpolation between nodes: 3/128 where smooth (1/24 at an end of the four); a kink midway leaves 3/8
+where these are 1 and 3."""
+WITHIN = Rule(1 / 12, 1 / 100, 1 / 40, False)
 """Of a pixel's centre plus Laplacian over 24: 0.003 where smooth; a kink leaves 1/12 where these are 2 and 6, and
 1/48 where they are 0.5 and 1.5."""
 
@@ -55,8 +59,8 @@ WITHIN = Rule(1 / 12, 1 / 100, 1 / 40)
 def error_bound(value: Floats, region: Ints, rule: Rule) -> Floats:
     """Error at or beside each of the nodes (h, w), by differences in rows, columns and both diagonals.
 
-    inf where there are none. Where a region is too narrow for fourth differences third ones stand in, and second
-    ones for them: larger where the function is smooth, and as large at a kink.
+    inf where a row or column has none. Where a region is too narrow for fourth differences third ones stand in,
+    and second ones for them: larger where the function is smooth, and as large at a kink.
 
     Parameters
     ----------
@@ -66,26 +70,41 @@ def error_bound(value: Floats, region: Ints, rule: Rule) -> Floats:
     """
     worst = np.zeros(value.shape)
     for dy, dx in ((0, 1), (1, 0), (1, 1), (1, -1)):
-
-        def beside(array: Floats, dy: int = dy, dx: int = dx) -> tuple[Floats, Floats]:
-            return shifted(array, dy, dx, np.nan), shifted(array, -dy, -dx, np.nan)
-
-        def widest(array: Floats, beside: Callable[[Floats], tuple[Floats, Floats]] = beside) -> Floats:
-            return np.fmax(array, np.fmax(*beside(array)))
-
-        second = second_difference(value, region, dy, dx)
-        ahead, behind = beside(second)
-        fourth = ahead - 2 * second + behind
-        third = np.fmax(np.abs(ahead - second), np.abs(second - behind))
-        known = np.isfinite(fourth)
-        ahead, behind = beside(fourth)
-        sixth = ahead - 2 * fourth + behind
-        coarse = np.where(known, np.abs(fourth), np.where(np.isfinite(third), third, np.abs(second)))
-        bound = rule.rough * widest(coarse)
-        fine = rule.smooth * widest(coarse) + rule.kink * widest(np.abs(sixth))
-        bound = np.where(np.isfinite(sixth), np.fmin(bound, fine), bound)
-        np.maximum(worst, np.where(np.isfinite(second), bound, np.inf), out=worst)
+        bound = _along(value, region, rule, dy, dx)
+        unknown = 0.0 if dy and dx else np.inf
+        np.maximum(worst, np.where(np.isfinite(bound), bound, unknown), out=worst)
     return worst
+
+
+def _along(value: Floats, region: Ints, rule: Rule, dy: int, dx: int) -> Floats:
+    """The bound in one direction; NaN where no second difference covers the node."""
+
+    def beside(array: Floats) -> tuple[Floats, Floats]:
+        return shifted(array, dy, dx, np.nan), shifted(array, -dy, -dx, np.nan)
+
+    def widest(array: Floats) -> Floats:
+        """Largest at the node and beside it; two away where that tells nothing."""
+        near = np.fmax(array, np.fmax(*beside(array)))
+        return np.where(np.isfinite(near), near, np.fmax(*beside(near)))
+
+    second = second_difference(value, region, dy, dx)
+    ahead, behind = beside(second)
+    fourth = ahead - 2 * second + behind
+    third = np.fmax(np.abs(ahead - second), np.abs(second - behind))
+    coarse = widest(np.abs(fourth))
+    coarse = np.where(np.isfinite(coarse), coarse, widest(np.where(np.isfinite(third), third, np.abs(second))))
+    ahead, behind = beside(fourth)
+    sixth = widest(np.abs(ahead - 2 * fourth + behind))
+    bound = np.fmin(rule.rough * coarse, rule.smooth * coarse + rule.kink * sixth)
+    covered = np.isfinite(second)
+    if rule.outward:
+        covered |= np.isfinite(ahead_or_behind(second, dy, dx))
+    return np.where(covered, bound, np.nan)
+
+
+def ahead_or_behind(array: Floats, dy: int, dx: int) -> Floats:
+    """A neighbour's value in either direction, NaN where there is none."""
+    return np.fmax(shifted(array, dy, dx, np.nan), shifted(array, -dy, -dx, np.nan))
 
 
 Kind = TypeVar("Kind", bound=np.generic)
@@ -124,8 +143,8 @@ def _pooled(values: Ints, step: int, axis: int, take: np.ufunc) -> Ints:
     return np.moveaxis(pooled, 0, axis)
 
 
-def fill_centres(region: Ints, evaluate: Evaluate, allowed: Callable[[Floats], float]) -> tuple[Floats, Bools]:
-    """Radiance (3, h, w) at all centres whose region is at least 0, and which of them were evaluated.
+def fill_centres(region: Ints, evaluate: Evaluate, allowed: Callable[[Floats], float]) -> tuple[Floats, Floats]:
+    """Radiance (3, h, w) at all centres whose region is at least 0, and a bound (h, w) of its error.
 
     Parameters
     ----------
@@ -137,58 +156,67 @@ def fill_centres(region: Ints, evaluate: Evaluate, allowed: Callable[[Floats], f
     """
     h, w = region.shape
     value = np.full((3, h, w), np.nan)
-    known, done = np.zeros((h, w), dtype=bool), np.zeros((h, w), dtype=bool)
+    known, bound = np.zeros((h, w), dtype=bool), np.zeros((h, w))
     limit: float | None = None
     for step in STEPS:
         nodes = np.zeros((h, w), dtype=bool)
         nodes[::step, ::step] = True
-        _ask(nodes & ~known & (region >= 0), value, known, done, evaluate)
+        _ask(nodes & ~known & (region >= 0), value, known, evaluate)
         if limit is None:
-            limit = allowed(value[:, done])
-        _fill_cells(value, known, region, step, limit)
-    _ask(~known & (region >= 0), value, known, done, evaluate)
-    return value, done
+            limit = allowed(value[:, known])
+        _fill_cells(value, known, bound, region, step, limit)
+    _ask(~known & (region >= 0), value, known, evaluate)
+    return value, bound
 
 
-def _ask(wanted: Bools, value: Floats, known: Bools, done: Bools, evaluate: Evaluate) -> None:
+def _ask(wanted: Bools, value: Floats, known: Bools, evaluate: Evaluate) -> None:
     index = np.flatnonzero(wanted)
     value.reshape(3, -1)[:, index] = evaluate(index)
     known |= wanted
-    done |= wanted
 
 
-def _fill_cells(value: Floats, known: Bools, region: Ints, step: int, limit: float) -> None:
+def _fill_cells(value: Floats, known: Bools, bound: Floats, region: Ints, step: int, limit: float) -> None:
     """Interpolate inside the cells that are smooth enough."""
     nodes, regions = value[:, ::step, ::step], region[::step, ::step]
     rough = error_bound(nodes.sum(axis=0), regions, BETWEEN)
-    corners = [rough[:-1, :-1], rough[1:, :-1], rough[:-1, 1:], rough[1:, 1:]]
-    smooth = np.maximum.reduce(corners) <= limit
+    rough = np.maximum.reduce([rough[:-1, :-1], rough[1:, :-1], rough[:-1, 1:], rough[1:, 1:]])
+    smooth = rough <= limit
     smooth &= _uniform(region, step)
-    row, column = np.nonzero(smooth)
-    inner = (row > 0) & (row < nodes.shape[1] - 2) & (column > 0) & (column < nodes.shape[2] - 2)
-    row, column = row[inner], column[inner]
-    i, j = np.meshgrid(np.arange(-1, 3), np.arange(-1, 3), indexing="ij")
-    around = row[:, None, None] + i, column[:, None, None] + j
-    one = (regions[around] == regions[row, column][:, None, None]).all(axis=(1, 2))
-    row, column, around = row[one], column[one], tuple(index[one] for index in around)
-    weights = _cubic(np.arange(step + 1) / step)  # (step + 1, 4)
-    patch = np.einsum("ai,ckij,bj->ckab", weights, nodes[(slice(None), *around)], weights, optimize=True)
+    row, column, top, left = _stencils(regions, *np.nonzero(smooth))
+    i, j = np.meshgrid(np.arange(4), np.arange(4), indexing="ij")
+    patch = nodes[:, top[:, None, None] + i, left[:, None, None] + j]
+    weights = _cubic((np.arange(step + 1) / step)[:, None] + np.arange(3))  # by the cell's place among its nodes
+    down, across = weights[:, row - top], weights[:, column - left]  # (step + 1, k, 4)
+    patch = (down.transpose(1, 0, 2) @ patch) @ across.transpose(1, 2, 0)
     rows = (row * step)[:, None, None] + np.arange(step + 1)[:, None]
     columns = (column * step)[:, None, None] + np.arange(step + 1)
     rows, columns = np.broadcast_arrays(rows, columns)
     fresh = ~known[rows, columns]
     value[:, rows[fresh], columns[fresh]] = patch[:, fresh]
+    bound[rows[fresh], columns[fresh]] = np.broadcast_to(rough[row, column][:, None, None], fresh.shape)[fresh]
     known[rows[fresh], columns[fresh]] = True
 
 
+def _stencils(region: Ints, row: Ints, column: Ints) -> tuple[Ints, Ints, Ints, Ints]:
+    """For cells, the first row and column of 4 x 4 nodes of their region around them; cells without are left out.
+
+    The cell in the middle if it can be, else at the side.
+    """
+    height, width = region.shape
+    top, left = np.full(row.size, -1), np.full(row.size, -1)
+    i, j = np.meshgrid(np.arange(4), np.arange(4), indexing="ij")
+    for up in (1, 0, 2):
+        for back in (1, 0, 2):
+            r, c = row - up, column - back
+            some = np.flatnonzero((top < 0) & (r >= 0) & (r + 4 <= height) & (c >= 0) & (c + 4 <= width))
+            around = region[r[some, None, None] + i, c[some, None, None] + j]
+            fits = some[(around == region[row[some], column[some]][:, None, None]).all(axis=(1, 2))]
+            top[fits], left[fits] = r[fits], c[fits]
+    found = np.flatnonzero(top >= 0)
+    return row[found], column[found], top[found], left[found]
+
+
 def _cubic(t: Floats) -> Floats:
-    """Lagrange weights (n, 4) of nodes -1, 0, 1, 2 at t."""
-    return np.stack(
-        (
-            -t * (t - 1) * (t - 2) / 6,
-            (t + 1) * (t - 1) * (t - 2) / 2,
-            -(t + 1) * t * (t - 2) / 2,
-            (t + 1) * t * (t - 1) / 6,
-        ),
-        axis=1,
-    )
+    """Lagrange weights (..., 4) of nodes 0, 1, 2, 3 at t."""
+    a, b, c, d = t, t - 1, t - 2, t - 3
+    return np.stack((-b * c * d / 6, a * c * d / 2, -a * b * d / 2, a * b * c / 6), axis=-1)
