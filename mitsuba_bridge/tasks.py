@@ -11,6 +11,7 @@ import mitsuba as mi
 import numpy as np
 
 from . import phong
+from .race_child import race
 from .render_reference import Array, Progress, reference
 from .scene_dict import bsdf_dict, scene_dict
 
@@ -96,6 +97,7 @@ def image(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Ar
 
 TASKS: dict[str, Task] = {
     "reference": reference,
+    "race": race,
     "proof": proof,
     "camera_rays": camera_rays,
     "surface": surface,
