@@ -6,15 +6,15 @@ import numpy as np
 
 from ..geometry import Ints
 from ..vectors import Floats
-from .smooth import WITHIN, Bools, error_bound, second_difference, shifted
+from .smooth import Bools, shifted
 
 ELSEWHERE = -2
 """A region that no pixel is of."""
 AROUND = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1)]
 
 
-def whole_pixels(centre: Floats, region: Ints) -> tuple[Floats, Floats]:
-    """Means (3, h, w) over pixels without an edge, and their errors' estimates; inf where neighbours are missing.
+def means(centre: Floats, region: Ints) -> Floats:
+    """Means (3, h, w) over pixels without an edge: the centre, and the Laplacian over 24 of its neighbours.
 
     Parameters
     ----------
@@ -24,11 +24,14 @@ def whole_pixels(centre: Floats, region: Ints) -> tuple[Floats, Floats]:
         Below 0 where there is none.
     """
     value = centre.copy()
-    for dy, dx in ((0, 1), (1, 0)):
-        for channel, out in zip(centre, value, strict=True):
-            second = second_difference(channel, region, dy, dx)
-            out += np.where(np.isfinite(second), second, 0.0) / 24
-    return value, error_bound(centre.sum(axis=0), region, WITHIN)
+    across = (region[:, 1:-1] == region[:, 2:]) & (region[:, 1:-1] == region[:, :-2]) & (region[:, 1:-1] >= 0)
+    down = (region[1:-1] == region[2:]) & (region[1:-1] == region[:-2]) & (region[1:-1] >= 0)
+    for source, out in zip(centre, value, strict=True):
+        bend = source[:, 2:] - 2 * source[:, 1:-1] + source[:, :-2]
+        np.add(out[:, 1:-1], bend / 24, out=out[:, 1:-1], where=across)
+        bend = source[2:] - 2 * source[1:-1] + source[:-2]
+        np.add(out[1:-1], bend / 24, out=out[1:-1], where=down)
+    return value
 
 
 def first_estimates(

@@ -66,6 +66,13 @@ def find_lines(geometry: Geometry, faces: Faces, planes: list[tuple[Floats, Floa
     return Lines(np.hstack(starts), np.hstack(ends), np.concatenate(reach))
 
 
+def searched(g: Geometry) -> bool:
+    """Whether every line in which surfaces meet is among those of `find_lines`: not those of two ellipsoids."""
+    half = np.sqrt((g.axes**2).sum(axis=2)).T
+    near = (np.abs(g.center[:, :, None] - g.center[:, None]) <= half[:, :, None] + half[:, None]).all(axis=0)
+    return g.triangles**2 <= PAIRS and int(near.sum()) <= g.ellipsoids
+
+
 def _corners(g: Geometry) -> Floats:
     return np.stack((g.a, g.b, g.c), axis=2)
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -21,13 +20,13 @@ from ..needs import LeftOut
 from ..scene import Scene
 from ..vectors import Floats
 from .bits import bits_of, cut_at_crossings
-from .first_estimates import first_estimates, whole_pixels
+from .first_estimates import first_estimates, means
 from .moments import Edges, Pieces, pieces_of, visible_edges
-from .outlines import find_lines
+from .outlines import find_lines, searched
 from .refine import Items, refine
 from .regions import Regions
 from .shade import Palette, Shader, Work, palette_of, regions_of, surface_of
-from .smooth import Bools, fill_centres, shifted
+from .smooth import WITHIN, Bools, error_bound, fill_centres, shifted
 
 EDGE = -2
 """Region of a pixel that an edge crosses."""
@@ -50,15 +49,14 @@ class AreaImage:
         What was asked.
     evaluations : int
         Points shaded.
-    whole, pieces, sampled : int
-        Shaded pixels without an edge; pieces of pixels with one; pixels whose regions were found by rays.
+    pieces, sampled : int
+        Pieces of pixels with an edge; pixels whose regions were found by rays.
     """
 
     image: Image
     error: float
     tolerance: float
     evaluations: int
-    whole: int
     pieces: int
     sampled: int
 
@@ -93,21 +91,38 @@ def render_area(
     """
     if not 0 < tolerance < 1:
         raise InputError("tolerance", tolerance, "a number in (0, 1)")
-    _, needs, regions = regions_of(scene, everything)
+    _, needs, regions = regions_of(scene, scene.digest(), everything)
     if estimator.is_random(needs):
         raise InputError("estimator", estimator.name, "one without noise in this scene, for pixels by area")
-    shade = Shader(Work(scene, estimator, everything), executor)
+    shade = Shader(Work(scene, scene.digest(), estimator, everything), executor)
     palette = palette_of(scene, regions, needs)
     edges, region, pieces, sampled = _cut(regions)
-    items, square = _base(regions, palette, region, pieces, sampled, shade, tolerance)
-    budget = tolerance**2 * square
-    rest = refine(items, edges, regions, shade, budget)
-    image = _assemble(scene, regions, palette, region, pieces, items, needs.left_out)
-    error = math.sqrt(rest / square) if square > 0 else 0.0
-    whole = int(items.whole.sum())
-    return AreaImage(
-        image, error, tolerance, shade.evaluations, whole, items.pixel.size - whole, int(np.unique(sampled).size)
-    )
+    base = _base(regions, palette, region, pieces, sampled, shade, tolerance)
+    rest = base.settled + refine(base.items, edges, regions, shade, tolerance**2 * base.square - base.settled)
+    image = _assemble(scene, regions, palette, region, pieces, base, needs.left_out)
+    error = math.sqrt(rest / base.square) if base.square > 0 else 0.0
+    parts = int((~base.items.whole).sum())
+    return AreaImage(image, error, tolerance, shade.evaluations, parts, int(sampled.size))
+
+
+@dataclass(frozen=True)
+class _Base:
+    """First values.
+
+    Parameters
+    ----------
+    items : Items
+        What may be refined.
+    image : (3, h, w) float64
+        Means of the whole pixels.
+    square, settled : float
+        Sum of all squared radiance; and of the squared errors allowed to what is not refined.
+    """
+
+    items: Items
+    image: Floats
+    square: float
+    settled: float
 
 
 def _cut(regions: Regions) -> tuple[Edges, Ints, Pieces, Ints]:
@@ -117,13 +132,31 @@ def _cut(regions: Regions) -> tuple[Edges, Ints, Pieces, Ints]:
     bits, crowded = cut_at_crossings(bits_of(lines, width, height))
     edges = visible_edges(bits, regions)
     pieces, bad = pieces_of(edges, width, 1, regions)
-    x, y = np.tile(np.arange(width) + 0.5, height), np.repeat(np.arange(height) + 0.5, width)
-    region = regions.seen(x, y)
-    region[pieces.cell] = EDGE
+    region = _whole_regions(regions, np.unique(pieces.cell))
     sampled = np.unique(np.concatenate((bad, crowded, _missed(region.reshape(height, width)))))
     pieces = _resampled(pieces, sampled, regions)
     region[sampled] = EDGE
     return edges, region, pieces, sampled
+
+
+def _whole_regions(regions: Regions, crossed: Ints) -> Ints:
+    """Regions (h w,) of all pixels, EDGE for those that an edge crosses.
+
+    One ray for each run of pixels between edges in a row, where all lines were looked for; else one for each
+    pixel. What runs above each other show is compared afterwards.
+    """
+    width, height = regions.lens.width, regions.lens.height
+    start = np.zeros(width * height, dtype=bool)
+    start[::width] = True
+    start[np.minimum(crossed + 1, start.size - 1)] = True
+    if not searched(regions.geometry):
+        start[:] = True
+    start[crossed] = True
+    first = np.flatnonzero(start)
+    seen = regions.seen(first % width + 0.5, first // width + 0.5)
+    region = np.repeat(seen, np.diff(np.append(first, start.size)))
+    region[crossed] = EDGE
+    return region
 
 
 def _missed(region: Ints) -> Ints:
@@ -170,8 +203,8 @@ def _base(
     sampled: Ints,
     shade: Shader,
     tolerance: float,
-) -> tuple[Items, float]:
-    """All items with their first values and estimates, and the sum of squared radiance over them."""
+) -> _Base:
+    """First values of all pixels and pieces, and those that may be refined."""
     width, height = regions.lens.width, regions.lens.height
     surface = surface_of(np.maximum(region, -1), regions.surfaces)
     fillable = np.where((region != EDGE) & palette.reflects[surface], region, EDGE).reshape(height, width)
@@ -185,21 +218,21 @@ def _base(
         spread.append(mean)
         return SHARE * tolerance * mean
 
-    centre, bound = fill_centres(fillable, evaluate, allowed)
+    centre, bound, smooth = fill_centres(fillable, evaluate, allowed)
     mine = np.flatnonzero(palette.reflects[surface_of(pieces.region, regions.surfaces)])
     piece_value = shade(pieces.x[mine], pieces.y[mine], pieces.region[mine])
-    value, smooth = whole_pixels(centre, fillable)
-    full = np.flatnonzero(fillable.ravel() != EDGE)
+    image = means(centre, fillable)
+    full = np.flatnonzero((fillable != EDGE) & ~smooth)  # the others are done: their errors are bounded
     pixel = np.concatenate((full, pieces.cell[mine]))
     x = np.concatenate((full % width + 0.5, pieces.x[mine]))
     y = np.concatenate((full // width + 0.5, pieces.y[mine]))
-    mean = np.hstack((value.reshape(3, -1)[:, full], piece_value))
+    mean = np.hstack((image.reshape(3, -1)[:, full], piece_value))
     which = np.concatenate((region[full], pieces.region[mine]))
-    smooth = smooth.ravel()[full]
-    lone = np.concatenate((np.flatnonzero(~np.isfinite(smooth)), np.arange(full.size, pixel.size)))
-    estimate = np.concatenate((np.maximum(smooth, bound.ravel()[full]), np.zeros(mine.size)))
+    total = centre.sum(axis=0)
+    estimate = np.concatenate((error_bound(total, fillable, WITHIN, full), np.full(mine.size, np.inf)))
+    lone = np.flatnonzero(~np.isfinite(estimate))
     estimate[lone] = first_estimates(
-        centre.sum(axis=0), fillable, pixel[lone], which[lone], x[lone], y[lone], mean.sum(axis=0)[lone]
+        total, fillable, pixel[lone], which[lone], x[lone], y[lone], mean.sum(axis=0)[lone]
     )
     hidden = regions.seen(pieces.x[mine], pieces.y[mine]) != pieces.region[mine]
     rough = np.concatenate((np.zeros(full.size, dtype=bool), hidden | np.isin(pieces.cell[mine], sampled)))
@@ -217,7 +250,9 @@ def _base(
         level=np.zeros(pixel.size, dtype=np.int64),
         whole=np.arange(pixel.size) < full.size,
     )
-    return items, float(((items.value * items.area) ** 2).sum())
+    image[:, fillable == EDGE] = 0
+    square = float(np.einsum("chw,chw->", image, image)) + float(((piece_value * pieces.area[mine]) ** 2).sum())
+    return _Base(items, image, square, float((bound[smooth] ** 2).sum()))
 
 
 def _assemble(
@@ -226,46 +261,50 @@ def _assemble(
     palette: Palette,
     region: Ints,
     pieces: Pieces,
-    items: Items,
+    base: _Base,
     left_out: tuple[LeftOut, ...],
 ) -> Image:
     """Sum of all items in each pixel, and what is seen without being shaded."""
     height, width = scene.height, scene.width
     count = height * width
-    full = np.flatnonzero(region != EDGE)
-    pixel = np.concatenate((full, pieces.cell))
-    area = np.concatenate((np.ones(full.size), pieces.area))
-    surface = surface_of(np.concatenate((region[full], pieces.region)), regions.surfaces)
+    items, mean = base.items, base.image.reshape(3, -1).copy()
+    mean[:, items.pixel[items.whole]] = items.value[:, items.whole]
+    parts = np.flatnonzero(~items.whole)
+    for out, channel in zip(mean, items.value, strict=True):
+        out += np.bincount(items.pixel[parts], items.area[parts] * channel[parts], count)
+    surface, split = surface_of(region, regions.surfaces), surface_of(pieces.region, regions.surfaces)
+    whole = region != EDGE
+    surface[~whole] = regions.surfaces
 
-    def share(kind: Bools) -> Floats:
-        return _snapped(np.bincount(pixel, area * kind[surface], count))
+    def share(kind: Floats | Bools) -> Floats:
+        """Of each pixel, summed over its pieces."""
+        return kind[surface] * whole + np.bincount(pieces.cell, pieces.area * kind[split], count)
 
+    for out, seen in zip(mean, palette.seen, strict=True):
+        if seen.any():
+            out += share(seen)
+    image: Floats = mean.reshape(3, height, width)
     nothing = np.arange(regions.surfaces + 1) == regions.surfaces
-    mean: Floats = np.stack([np.bincount(pixel, area * seen[surface], count) for seen in palette.seen]).astype(
-        np.float64
-    )
-    mean += np.stack([np.bincount(items.pixel, items.area * channel, count) for channel in items.value])
-    mean = mean.reshape(3, height, width)
-    emitter, background = (share(kind).reshape(height, width) for kind in (palette.emitter, nothing))
+    emitter, background = (_snapped(share(kind)).reshape(height, width) for kind in (palette.emitter, nothing))
     zero = np.zeros((height, width))
     shaded = (emitter == 0) & (background == 0)
-    average = float(mean.mean(axis=0)[shaded].sum()) / max(int(shaded.sum()), 1)
+    average = float(image.mean(axis=0)[shaded].sum()) / max(int(shaded.sum()), 1)
     return Image(
-        first=mean,
-        mean=mean,
-        variance=np.zeros_like(mean),
+        first=image,
+        mean=image,
+        variance=np.zeros_like(image),
         pixel_variance=zero,
-        level_mean=255 * np.clip(mean, 0, 1),
-        level_variance=np.zeros_like(mean),
+        level_mean=255 * np.clip(image, 0, 1),
+        level_variance=np.zeros_like(image),
         emitter=emitter,
         background=background,
         unjudged=np.zeros((height, width), dtype=bool),
         pass_means=np.array([average]),
-        back_faces=int((share(palette.back) > 0).sum()),
+        back_faces=int((_snapped(share(palette.back)) > 0).sum()),
         left_out=left_out,
     )
 
 
-def _snapped(share: Any) -> Floats:
+def _snapped(share: Floats) -> Floats:
     """Shares of a pixel; within 1e-6 of nothing or all they are that."""
     return np.where(share < 1e-6, 0.0, np.where(share > 1 - 1e-6, 1.0, share))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,24 +32,30 @@ class Work:
     """What a worker needs to know."""
 
     scene: Scene
+    digest: str
     estimator: Estimator
     everything: bool
 
 
-@lru_cache(maxsize=2)
-def _regions(digest: str, everything: bool, scene: Scene) -> tuple[Geometry, Needs, Regions]:
-    geometry, needs = prepare(scene, everything)
-    return geometry, needs, Regions.of(scene, geometry, tuple(source.light for source in needs.sources))
+Found: TypeAlias = tuple[Geometry, Needs, Regions]
+_LAST: dict[tuple[str, bool], Found] = {}
 
 
-def regions_of(scene: Scene, everything: bool = False) -> tuple[Geometry, Needs, Regions]:
-    """A scene's arrays, needs and regions, found once."""
-    return _regions(scene.digest(), everything, scene)
+def regions_of(scene: Scene, digest: str, everything: bool = False) -> Found:
+    """A scene's arrays, needs and regions, found once; the scene is known by its digest."""
+    key = digest, everything
+    found = _LAST.get(key)
+    if found is None:
+        geometry, needs = prepare(scene, everything)
+        found = geometry, needs, Regions.of(scene, geometry, tuple(source.light for source in needs.sources))
+        _LAST.clear()
+        _LAST[key] = found
+    return found
 
 
 def shade_chunk(work: Work, x: Floats, y: Floats, region: Ints) -> Floats:
     """Reflected radiance (3, n) at image points of regions that reflect."""
-    _, needs, regions = regions_of(work.scene, work.everything)
+    _, needs, regions = regions_of(work.scene, work.digest, work.everything)
     points = regions.points(x, y, region)
     out, unused = np.zeros((3, x.size)), np.random.default_rng(0)
     for source in needs.sources:

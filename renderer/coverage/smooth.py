@@ -1,8 +1,9 @@
 """Radiance at pixel centres, evaluated where it must be and interpolated where it is smooth.
 
-Centres are taken 8 apart, then 4, then 2. A square of four of them that shows one region throughout, and whose
-fourth differences (in rows, columns and both diagonals) are small, is filled by cubic interpolation; any other
-is divided. A kink of slope change s between centres a distance h apart gives fourth differences of h s/2 at
+Centres are taken far apart, then half as far, down to 2. A square of four of them that shows one region
+throughout, and whose fourth differences (in rows, columns and both diagonals) are small, is filled by cubic
+interpolation; any other is divided. A kink of slope change s between centres a distance h apart gives fourth
+differences of h s/2 at
 least, and an error of at most 3/8 h s/2. Where the function is smooth the error is 3/128 of the fourth difference.
 So what is smooth is not shaded, and a penumbra's edge is.
 """
@@ -11,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,8 @@ from numpy.typing import NDArray
 from ..geometry import Ints
 from ..vectors import Floats
 
-STEPS = (8, 4, 2)
-"""Distances between centres, in pixels."""
+COARSEST = 32
+"""Largest distance between centres, in pixels; no larger than an eighth of the image."""
 
 Evaluate = Callable[[Ints], Floats]
 """From pixel numbers (n,) to their radiance (3, n)."""
@@ -56,8 +57,8 @@ WITHIN = Rule(1 / 12, 1 / 100, 1 / 40, False)
 1/48 where they are 0.5 and 1.5."""
 
 
-def error_bound(value: Floats, region: Ints, rule: Rule) -> Floats:
-    """Error at or beside each of the nodes (h, w), by differences in rows, columns and both diagonals.
+def error_bound(value: Floats, region: Ints, rule: Rule, index: Ints) -> Floats:
+    """Error at or beside some nodes, by differences in rows, columns and both diagonals.
 
     inf where a row or column has none. Where a region is too narrow for fourth differences third ones stand in,
     and second ones for them: larger where the function is smooth, and as large at a kink.
@@ -67,44 +68,50 @@ def error_bound(value: Floats, region: Ints, rule: Rule) -> Floats:
     value : (h, w) float64
     region : (h, w) int64
         Differences are taken within one region only.
+    index : (k,) int64
+        Nodes, row by row.
+
+    Returns
+    -------
+    (k,) float64
     """
-    worst = np.zeros(value.shape)
+    height, width = value.shape
+    reach = np.arange(-4, 5)[:, None]
+    row, column = np.divmod(index, width)
+    own = region.ravel()[index]
+    worst = np.zeros(index.size)
     for dy, dx in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        bound = _along(value, region, rule, dy, dx)
+        r, c = row + dy * reach, column + dx * reach
+        place = np.clip(r, 0, height - 1) * width + np.clip(c, 0, width - 1)
+        same = (region.ravel()[place] == own) & (r >= 0) & (r < height) & (c >= 0) & (c < width)
+        bound = _along(np.where(same, value.ravel()[place], np.nan), rule)
         unknown = 0.0 if dy and dx else np.inf
         np.maximum(worst, np.where(np.isfinite(bound), bound, unknown), out=worst)
     return worst
 
 
-def _along(value: Floats, region: Ints, rule: Rule, dy: int, dx: int) -> Floats:
-    """The bound in one direction; NaN where no second difference covers the node."""
+def _along(value: Floats, rule: Rule) -> Floats:
+    """The bound (k,) from nine values in a row (9, k), NaN outside the region; NaN where no difference covers."""
 
-    def beside(array: Floats) -> tuple[Floats, Floats]:
-        return shifted(array, dy, dx, np.nan), shifted(array, -dy, -dx, np.nan)
+    def bend(array: Floats) -> Floats:
+        return array[2:] - 2 * array[1:-1] + array[:-2]
 
-    def widest(array: Floats) -> Floats:
-        """Largest at the node and beside it; two away where that tells nothing."""
-        near = np.fmax(array, np.fmax(*beside(array)))
-        return np.where(np.isfinite(near), near, np.fmax(*beside(near)))
+    def largest(array: Floats) -> Any:
+        """At the middle and beside it; two away where that tells nothing."""
+        size = np.abs(array)
+        middle = size.shape[0] // 2
+        near = np.fmax.reduce(size[middle - 1 : middle + 2])
+        return np.where(np.isfinite(near), near, np.fmax.reduce(size)) if size.shape[0] > 3 else near
 
-    second = second_difference(value, region, dy, dx)
-    ahead, behind = beside(second)
-    fourth = ahead - 2 * second + behind
-    third = np.fmax(np.abs(ahead - second), np.abs(second - behind))
-    coarse = widest(np.abs(fourth))
-    coarse = np.where(np.isfinite(coarse), coarse, widest(np.where(np.isfinite(third), third, np.abs(second))))
-    ahead, behind = beside(fourth)
-    sixth = widest(np.abs(ahead - 2 * fourth + behind))
-    bound = np.fmin(rule.rough * coarse, rule.smooth * coarse + rule.kink * sixth)
-    covered = np.isfinite(second)
-    if rule.outward:
-        covered |= np.isfinite(ahead_or_behind(second, dy, dx))
+    second = bend(value)  # about -3 .. 3
+    fourth = bend(second)  # about -2 .. 2
+    sixth = bend(fourth)  # about -1 .. 1
+    third = np.fmax(np.abs(second[2:] - second[1:-1]), np.abs(second[1:-1] - second[:-2]))
+    coarse = largest(fourth)
+    coarse = np.where(np.isfinite(coarse), coarse, largest(np.where(np.isfinite(third), third, second[1:-1])))
+    bound = np.fmin(rule.rough * coarse, rule.smooth * coarse + rule.kink * largest(sixth))
+    covered = np.isfinite(second[2:5]).any(axis=0) if rule.outward else np.isfinite(second[3])
     return np.where(covered, bound, np.nan)
-
-
-def ahead_or_behind(array: Floats, dy: int, dx: int) -> Floats:
-    """A neighbour's value in either direction, NaN where there is none."""
-    return np.fmax(shifted(array, dy, dx, np.nan), shifted(array, -dy, -dx, np.nan))
 
 
 Kind = TypeVar("Kind", bound=np.generic)
@@ -118,13 +125,6 @@ def shifted(array: NDArray[Kind], dy: int, dx: int, outside: float) -> NDArray[K
     into = slice(max(-dy, 0), h + min(-dy, 0)), slice(max(-dx, 0), w + min(-dx, 0))
     out[into] = array[rows, columns]
     return out
-
-
-def second_difference(value: Floats, region: Ints, dy: int, dx: int) -> Floats:
-    """f(+) - 2 f + f(-) at each place; NaN where the three are not of one region."""
-    same = (shifted(region, dy, dx, -9) == region) & (shifted(region, -dy, -dx, -9) == region)
-    ahead, behind = shifted(value, dy, dx, np.nan), shifted(value, -dy, -dx, np.nan)
-    return np.where(same, ahead - 2 * value + behind, np.nan)
 
 
 def _uniform(region: Ints, step: int) -> Bools:
@@ -143,8 +143,9 @@ def _pooled(values: Ints, step: int, axis: int, take: np.ufunc) -> Ints:
     return np.moveaxis(pooled, 0, axis)
 
 
-def fill_centres(region: Ints, evaluate: Evaluate, allowed: Callable[[Floats], float]) -> tuple[Floats, Floats]:
-    """Radiance (3, h, w) at all centres whose region is at least 0, and a bound (h, w) of its error.
+def fill_centres(region: Ints, evaluate: Evaluate, allowed: Callable[[Floats], float]) -> tuple[Floats, Floats, Bools]:
+    """Radiance (3, h, w) at all centres whose region is at least 0, a bound (h, w) of its error, and which pixels were
+    interpolated.
 
     Parameters
     ----------
@@ -158,15 +159,19 @@ def fill_centres(region: Ints, evaluate: Evaluate, allowed: Callable[[Floats], f
     value = np.full((3, h, w), np.nan)
     known, bound = np.zeros((h, w), dtype=bool), np.zeros((h, w))
     limit: float | None = None
-    for step in STEPS:
+    step = COARSEST
+    while step > 2 and step > min(h, w) // 8:
+        step //= 2
+    while step >= 2:
         nodes = np.zeros((h, w), dtype=bool)
         nodes[::step, ::step] = True
         _ask(nodes & ~known & (region >= 0), value, known, evaluate)
         if limit is None:
             limit = allowed(value[:, known])
         _fill_cells(value, known, bound, region, step, limit)
+        step //= 2
     _ask(~known & (region >= 0), value, known, evaluate)
-    return value, bound
+    return value, bound, bound > 0
 
 
 def _ask(wanted: Bools, value: Floats, known: Bools, evaluate: Evaluate) -> None:
@@ -178,23 +183,32 @@ def _ask(wanted: Bools, value: Floats, known: Bools, evaluate: Evaluate) -> None
 def _fill_cells(value: Floats, known: Bools, bound: Floats, region: Ints, step: int, limit: float) -> None:
     """Interpolate inside the cells that are smooth enough."""
     nodes, regions = value[:, ::step, ::step], region[::step, ::step]
-    rough = error_bound(nodes.sum(axis=0), regions, BETWEEN)
-    rough = np.maximum.reduce([rough[:-1, :-1], rough[1:, :-1], rough[:-1, 1:], rough[1:, 1:]])
+    index = np.flatnonzero(regions >= 0)
+    at_nodes = np.full(regions.shape, np.inf)
+    at_nodes.reshape(-1)[index] = error_bound(nodes.sum(axis=0), regions, BETWEEN, index)
+    rough = np.maximum.reduce([at_nodes[:-1, :-1], at_nodes[1:, :-1], at_nodes[:-1, 1:], at_nodes[1:, 1:]])
     smooth = rough <= limit
     smooth &= _uniform(region, step)
+    smooth &= ~_filled(known, step)
     row, column, top, left = _stencils(regions, *np.nonzero(smooth))
     i, j = np.meshgrid(np.arange(4), np.arange(4), indexing="ij")
     patch = nodes[:, top[:, None, None] + i, left[:, None, None] + j]
     weights = _cubic((np.arange(step + 1) / step)[:, None] + np.arange(3))  # by the cell's place among its nodes
     down, across = weights[:, row - top], weights[:, column - left]  # (step + 1, k, 4)
     patch = (down.transpose(1, 0, 2) @ patch) @ across.transpose(1, 2, 0)
-    rows = (row * step)[:, None, None] + np.arange(step + 1)[:, None]
-    columns = (column * step)[:, None, None] + np.arange(step + 1)
-    rows, columns = np.broadcast_arrays(rows, columns)
-    fresh = ~known[rows, columns]
-    value[:, rows[fresh], columns[fresh]] = patch[:, fresh]
-    bound[rows[fresh], columns[fresh]] = np.broadcast_to(rough[row, column][:, None, None], fresh.shape)[fresh]
-    known[rows[fresh], columns[fresh]] = True
+    inner = np.arange(step + 1)
+    place = ((row * step)[:, None, None] + inner[:, None]) * region.shape[1] + (column * step)[:, None, None] + inner
+    fresh = ~known.reshape(-1)[place]
+    place = place[fresh]
+    value.reshape(3, -1)[:, place] = patch[:, fresh]
+    bound.reshape(-1)[place] = np.broadcast_to(rough[row, column][:, None, None], fresh.shape)[fresh]
+    known.reshape(-1)[place] = True
+
+
+def _filled(known: Bools, step: int) -> Bools:
+    """Which cells are filled already: their middles are known."""
+    h, w = ((size - 1) // step for size in known.shape)
+    return known[step // 2 :: step, step // 2 :: step][:h, :w]
 
 
 def _stencils(region: Ints, row: Ints, column: Ints) -> tuple[Ints, Ints, Ints, Ints]:
