@@ -6,12 +6,14 @@ the Laplacian over 24 of its neighbours (exact for a cubic one). Estimates of wh
 - a whole pixel: from fourth and sixth differences (see `smooth.WITHIN`).
 - a piece, and a pixel beside an edge: an eighth of the largest amount by which its value misses what the whole
   pixels of its region around it predict, each with its own gradient; of the range of values where none does; the
-  whole value where there is no other, where the piece is not seen at its centroid, or where its cell could not be
-  cut exactly.
+  whole value where there is no other, where three regions meet (a corner that stands on a floor: its shadow has no
+  width there), where the piece is not seen at its centroid, or where its cell could not be cut exactly.
 
 The items with the largest estimates are evaluated on a finer grid, round by round, until the squares of all
 others sum to less than the tolerance allows. After a round an item's estimate is half of what it changed by, and
-at least an eighth of what it was: a change that happens to vanish proves nothing.
+at least an eighth of what it was: a change that happens to vanish proves nothing. Where a light without extent can
+be blocked, radiance jumps within regions: errors then halve with the grid and do no better, first estimates are
+doubled, and at least half of an estimate stays.
 """
 
 from __future__ import annotations
@@ -77,14 +79,24 @@ class Nodes:
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("item", "x", "y", "weight")))
 
 
-def refine(items: Items, edges: Edges, regions: Regions, shade: Shader, budget: float) -> float:
+def refine(items: Items, edges: Edges, regions: Regions, shade: Shader, budget: float, jumps: bool) -> float:
     """Refine items in place until the sum of squared estimates is below ``budget``; returns that sum."""
+    if jumps:
+        items.estimate *= 2
     for _ in range(4 * len(GRIDS)):
         chosen = _worst(items, budget / 2)
         if chosen.size == 0:
             break
         for level in np.unique(items.level[chosen]):
-            _evaluate(items, chosen[items.level[chosen] == level], int(level) + 1, edges, regions, shade)
+            _evaluate(
+                items,
+                chosen[items.level[chosen] == level],
+                int(level) + 1,
+                edges,
+                regions,
+                shade,
+                1 / 2 if jumps else 1 / 8,
+            )
     return float((items.estimate**2).sum())
 
 
@@ -96,7 +108,9 @@ def _worst(items: Items, budget: float) -> Ints:
     return np.sort(order[kept:])
 
 
-def _evaluate(items: Items, chosen: Ints, level: int, edges: Edges, regions: Regions, shade: Shader) -> None:
+def _evaluate(
+    items: Items, chosen: Ints, level: int, edges: Edges, regions: Regions, shade: Shader, stays: float
+) -> None:
     grid = GRIDS[level]
     whole = items.whole[chosen]
     parts = [_gauss(items, chosen[whole], grid)]
@@ -111,7 +125,7 @@ def _evaluate(items: Items, chosen: Ints, level: int, edges: Edges, regions: Reg
     found = seen[chosen] > 0
     value = np.where(found, total / np.where(found, seen[chosen], 1.0), items.value[:, chosen])
     change = np.sqrt(((value - items.value[:, chosen]) ** 2).sum(axis=0)) * items.area[chosen]
-    least = items.estimate[chosen] / 8
+    least = items.estimate[chosen] * stays
     if level == 1 and pieces.size:  # nodes behind something else tell little of the piece
         hidden = np.zeros(count, dtype=bool)
         hidden[nodes.item[regions.seen(nodes.x, nodes.y) != items.region[nodes.item]]] = True

@@ -89,8 +89,9 @@ class Regions:
         surface = np.where(triangle >= 0, self.faces.of_triangle[triangle] if self.faces.count else -1, NOTHING)
         for index in range(self.geometry.ellipsoids):
             t = ellipsoid_distance(self.geometry, index, self.lens.origin, d)
-            nearer = t * near < 1
-            near = np.where(nearer, 1 / t, near)
+            nearness = 1 / t  # 0 where it is missed
+            nearer = nearness > near
+            near = np.where(nearer, nearness, near)
             surface[nearer] = self.faces.count + index
         return self._sided(surface, d, near)
 

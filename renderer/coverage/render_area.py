@@ -32,6 +32,8 @@ EDGE = -2
 """Region of a pixel that an edge crosses."""
 SAMPLED = 8
 """A side of the grid of rays in a pixel that cannot be cut exactly."""
+RUN = 16
+"""Pixels of a row that one ray may speak for."""
 SHARE = 0.5
 """Of the tolerance, that interpolated centres may spend."""
 
@@ -98,7 +100,9 @@ def render_area(
     palette = palette_of(scene, regions, needs)
     edges, region, pieces, sampled = _cut(regions)
     base = _base(regions, palette, region, pieces, sampled, shade, tolerance)
-    rest = base.settled + refine(base.items, edges, regions, shade, tolerance**2 * base.square - base.settled)
+    jumps = any(not source.has_extent and not source.blockers.none for source in needs.sources)
+    budget = tolerance**2 * base.square - base.settled
+    rest = base.settled + refine(base.items, edges, regions, shade, budget, jumps)
     image = _assemble(scene, regions, palette, region, pieces, base, needs.left_out)
     error = math.sqrt(rest / base.square) if base.square > 0 else 0.0
     parts = int((~base.items.whole).sum())
@@ -132,26 +136,29 @@ def _cut(regions: Regions) -> tuple[Edges, Ints, Pieces, Ints]:
     bits, crowded = cut_at_crossings(bits_of(lines, width, height))
     edges = visible_edges(bits, regions)
     pieces, bad = pieces_of(edges, width, 1, regions)
-    region = _whole_regions(regions, np.unique(pieces.cell))
+    crossed = np.unique(pieces.cell)
+    region = _whole_regions(regions, crossed, searched(regions.geometry) and not bad.size and not crowded.size)
+    if _missed(region.reshape(height, width)).size:
+        region = _whole_regions(regions, crossed, False)
     sampled = np.unique(np.concatenate((bad, crowded, _missed(region.reshape(height, width)))))
     pieces = _resampled(pieces, sampled, regions)
     region[sampled] = EDGE
     return edges, region, pieces, sampled
 
 
-def _whole_regions(regions: Regions, crossed: Ints) -> Ints:
+def _whole_regions(regions: Regions, crossed: Ints, runs: bool) -> Ints:
     """Regions (h w,) of all pixels, EDGE for those that an edge crosses.
 
-    One ray for each run of pixels between edges in a row, where all lines were looked for; else one for each
-    pixel. What runs above each other show is compared afterwards.
+    Rays for both ends of each run of pixels between edges in a row and now and then between, where all lines were
+    looked for; else one for each pixel. A lost edge has an end, where some pixel's books do not balance, or parts a
+    run, whose ends then differ.
     """
     width, height = regions.lens.width, regions.lens.height
     start = np.zeros(width * height, dtype=bool)
-    start[::width] = True
-    start[np.minimum(crossed + 1, start.size - 1)] = True
-    if not searched(regions.geometry):
-        start[:] = True
-    start[crossed] = True
+    start[:: RUN if runs else 1] = True
+    for pixel in (np.arange(0, start.size, width), crossed + 1, crossed):
+        start[np.minimum(pixel, start.size - 1)] = True
+        start[np.maximum(pixel - 1, 0)] = True
     first = np.flatnonzero(start)
     seen = regions.seen(first % width + 0.5, first // width + 0.5)
     region = np.repeat(seen, np.diff(np.append(first, start.size)))
@@ -235,7 +242,8 @@ def _base(
         total, fillable, pixel[lone], which[lone], x[lone], y[lone], mean.sum(axis=0)[lone]
     )
     hidden = regions.seen(pieces.x[mine], pieces.y[mine]) != pieces.region[mine]
-    rough = np.concatenate((np.zeros(full.size, dtype=bool), hidden | np.isin(pieces.cell[mine], sampled)))
+    doubtful = hidden | np.isin(pieces.cell[mine], sampled) | _junction(pieces)[mine]
+    rough = np.concatenate((np.zeros(full.size, dtype=bool), doubtful))
     area = np.concatenate((np.ones(full.size), pieces.area[mine]))
     estimate = np.where(rough, np.sqrt((mean**2).sum(axis=0)), estimate) * area
     items = Items(
@@ -253,6 +261,12 @@ def _base(
     image[:, fillable == EDGE] = 0
     square = float(np.einsum("chw,chw->", image, image)) + float(((piece_value * pieces.area[mine]) ** 2).sum())
     return _Base(items, image, square, float((bound[smooth] ** 2).sum()))
+
+
+def _junction(pieces: Pieces) -> Bools:
+    """Pieces of pixels that show three regions or more: where a solid's corner stands, its shadow starts."""
+    _, place, count = np.unique(pieces.cell, return_inverse=True, return_counts=True)
+    return np.asarray(count[place] > 2)
 
 
 def _assemble(
