@@ -41,9 +41,9 @@ def test_error_against_brute_force_is_below_the_tolerance(name, tolerance):
 
 @pytest.mark.parametrize("name", ["near-light/1", "cornell/2", "cornell-boxes/3", "solids/1"])
 def test_finer_tolerances_converge(name):
-    truth = render_area(VIEWS[name], Analytic(), tolerance=3e-5)
+    truth = render_area(VIEWS[name], Analytic(), tolerance=1e-4)
     judged = truth.image.emitter == 0
-    for tolerance in (1e-2, 1e-3, 1e-4):
+    for tolerance in (1e-2, 3e-3, 1e-3):
         found = render_area(VIEWS[name], Analytic(), tolerance=tolerance)
         measured = relative(found.image.mean, truth.image.mean, judged)
         assert measured < tolerance
@@ -153,12 +153,12 @@ def test_smooth_places_are_not_shaded():
 
 
 def test_the_executor_changes_no_bit():
-    view = VIEWS["solids"].with_(width=120, height=90)
-    here = render_area(view, Analytic(), tolerance=1e-4)
+    view = VIEWS["solids"].with_(width=80, height=60)
+    here = render_area(view, Analytic(), tolerance=1e-3)
     with ThreadPoolExecutor(3) as pool:
-        there = render_area(view, Analytic(), tolerance=1e-4, executor=pool)
+        there = render_area(view, Analytic(), tolerance=1e-3, executor=pool)
     np.testing.assert_array_equal(here.image.mean, there.image.mean)
-    assert here.evaluations == there.evaluations > 10_000
+    assert here.evaluations == there.evaluations > 4096
 
 
 def test_hard_shadows_are_refined_and_what_is_left_is_said():
