@@ -21,8 +21,8 @@ from ..vectors import Floats
 from .bits import Bits
 from .regions import Regions
 
-LEAST = 1e-7
-"""Areas, in cells, below which a piece is dropped."""
+LEAST = 2e-6
+"""Areas, in cells, below which a piece is dropped; the others share what it had."""
 AGREE = 2e-5
 """Share of a border by which the check may differ: chords of curves are that far from them."""
 
@@ -135,4 +135,5 @@ def pieces_of(edges: Edges, width: int, scale: int, regions: Regions) -> tuple[P
     x, y = np.clip(x[kept] / area, 0, 1), np.clip(y[kept] / area, 0, 1)
     covariance = np.stack((xx[kept] / area - x * x, xy[kept] / area - x * y, yy[kept] / area - y * y))
     row, column = np.divmod(cell, width)
-    return Pieces(cell, region_of[kept], area, column + x, row + y, covariance), bad
+    shared = area / np.bincount(cell_of[kept], area, cells.size)[cell_of[kept]]
+    return Pieces(cell, region_of[kept], shared, column + x, row + y, covariance), bad
