@@ -13,7 +13,7 @@ from renderer.errors import InputError
 from renderer.scene import Scene
 
 from .catalogue import load
-from .check import Question, References, check
+from .check import Question, References, check, with_pixel_rule
 from .exports import write_exports
 from .files import folder_name
 from .pictures import write_pictures
@@ -33,6 +33,10 @@ def _question(options: dict[str, Any], rows: int) -> Question:
     ):
         if not low < options[name] <= high:
             raise InputError(f"--{name}", options[name], f"a number above {low:g}, at most {high:g}")
+    if options["tolerance"] is not None and not 0 < options["tolerance"] < 1:
+        raise InputError("--tolerance", options["tolerance"], "a number above 0 and below 1")
+    if options["pixel_rule"] == "area" and options["shadow_origin"] == "mitsuba":
+        raise InputError("--shadow-origin", "mitsuba", "surface, where pixels are drawn by area")
     return Question(
         estimator=options["estimator"],
         samples=options["samples"],
@@ -42,12 +46,15 @@ def _question(options: dict[str, Any], rows: int) -> Question:
         level=Level(options["alpha"], rows),
         timeout=options["timeout"],
         shadow_origin=options["shadow_origin"],
+        pixel_rule=options["pixel_rule"],
+        tolerance=options["tolerance"],
     )
 
 
 def _read_all(names: tuple[str, ...], options: dict[str, Any], question: Question) -> list[Scene]:
     """Every scene, read and found askable before the first is rendered."""
     scenes = [load(name, options["lenient"]).with_(two_sided=options["two_sided"]) for name in names]
+    scenes = [with_pixel_rule(scene, question.pixel_rule) for scene in scenes]
     taken: set[str] = set()
     for index, scene in enumerate(scenes):
         question.of(scene)

@@ -90,6 +90,8 @@ def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
             help="Where shadow rays start: ours, or Mitsuba 3.9's rule, to be wrong as it is.",
         ),
         click.option("--two-sided", is_flag=True, help="Surfaces reflect at their back too, on both renderers."),
+        click.option("--pixel-rule", type=click.Choice(["centre", "area"]), help="Instead of the scene's."),
+        click.option("--tolerance", type=float, help="Relative RMS error of noise-free pixels by area."),
     ):
         command = option(command)
     return command
@@ -144,12 +146,14 @@ def render(scene: str, output: Path, **options: Any) -> None:
     """
     from renderer.image import render as render_image
 
-    from .check import chosen_estimator
+    from .check import chosen_estimator, draw_area, with_pixel_rule
     from .files import check_image_name, write_image
     from .workers import worker_pool
 
     check_image_name(output)
     read = catalogue.load(scene, options["lenient"]).with_(two_sided=options["two_sided"])
+    rule, tolerance = options["pixel_rule"], 1e-3 if options["tolerance"] is None else options["tolerance"]
+    read = with_pixel_rule(read, rule)
     estimator = chosen_estimator(read, options["estimator"], options["samples"], options["stratified"])
     for warning in read.warnings:
         click.echo(f"warning: {warning}", err=True)
@@ -159,13 +163,20 @@ def render(scene: str, output: Path, **options: Any) -> None:
 
         offset = mitsuba_offset(read)
     with worker_pool() as pool, progress_bar(read.name) as report:
-        image = render_image(
-            read,
-            estimator,
-            seed=options["seed"],
-            executor=pool,
-            offset=offset,
-            progress=lambda done, total: report("tiles", done, total),
+        area = draw_area(read, estimator, rule, tolerance, pool)
+        if area is not None and area.error > tolerance:
+            click.echo(f"warning: the error may be {area.error:.1e}, above the tolerance {tolerance:g}", err=True)
+        image = (
+            area.image
+            if area is not None
+            else render_image(
+                read,
+                estimator,
+                seed=options["seed"],
+                executor=pool,
+                offset=offset,
+                progress=lambda done, total: report("tiles", done, total),
+            )
         )
     if image.back_faces:
         click.echo(f"warning: {image.back_faces} pixels show the black back of a one-sided surface", err=True)

@@ -25,9 +25,13 @@ BOX_SAMPLES = 1024
 Array = NDArray[Any]
 
 
-def integrator() -> Any:
-    """Light sampling alone: with more than one emitter sample Mitsuba 3.9 counts lights without extent n times."""
-    return mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 0, "hide_emitters": False})
+def integrator(bsdf_samples: int = 0) -> Any:
+    """Light sampling alone, or with ``bsdf_samples`` by multiple importance sampling.
+
+    One emitter sample: with more Mitsuba 3.9 counts lights without extent n times.
+    """
+    found = {"type": "direct", "emitter_samples": 1, "bsdf_samples": bsdf_samples, "hide_emitters": False}
+    return mi.load_dict(found)
 
 
 class Camera:
@@ -68,9 +72,17 @@ def pixel_sums(values: list[Any], samples: int) -> Array:
     return np.stack([np.array(value) for value in sums])
 
 
-def one_pass(scene: Any, camera: Camera, pixels: Array, samples: int, seed: int, kind: str = "multijitter") -> Array:
-    """Mean radiance (3, n) float64 of one pass over the pixels (n,), with a sampler of this kind."""
-    direct = integrator()
+def one_pass(
+    scene: Any,
+    camera: Camera,
+    pixels: Array,
+    samples: int,
+    seed: int,
+    bsdf_samples: int = 0,
+    kind: str = "multijitter",
+) -> Array:
+    """Mean radiance (3, n) float64 of one pass over the pixels (n,)."""
+    direct = integrator(bsdf_samples)
     out = np.empty((3, pixels.size))
     step = max(1, WAVEFRONT // samples)
     seeds = np.random.SeedSequence(seed).generate_state(1 + max(pixels.size - 1, 0) // step)

@@ -45,7 +45,7 @@ def spread(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, A
             started = time.perf_counter()
             image = np.zeros((3, shaded.size))
             for scene, seed in zip(lit, seeds, strict=True):
-                image += passes.one_pass(scene, camera, shaded, setting["samples"], int(seed), setting["sampler"])
+                image += passes.one_pass(scene, camera, shaded, setting["samples"], int(seed), kind=setting["sampler"])
             seconds.append(time.perf_counter() - started)
             values.append(image.mean(axis=0))
             done += 1

@@ -12,6 +12,7 @@ import numpy as np
 
 from . import phong
 from .patches import patches
+from .race_child import race
 from .render_reference import Array, Progress, reference
 from .render_spread import spread
 from .scene_dict import bsdf_dict, scene_dict
@@ -105,6 +106,7 @@ def epsilons(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str,
 
 TASKS: dict[str, Task] = {
     "reference": reference,
+    "race": race,
     "proof": proof,
     "camera_rays": camera_rays,
     "surface": surface,

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from .geometry import Geometry, Ints
 from .shadows import plane_bound
 from .vectors import Floats, dot, transform, unit
-from .watertight import SLOPE_ULPS, edge_functions, one_norm
+from .watertight import edge_functions, one_norm
 
-BLOCK = 1 << 18
+BLOCK = 1 << 15
 """Triangle-ray pairs handled at once: bounds the memory, and fits the cache."""
 
 
@@ -47,61 +47,88 @@ class Hits:
 
 
 @dataclass(frozen=True)
-class _Pencil:
-    """All triangles about one origin: edge functions (3 edges, 3, t) with slack (3, t), and planes.
+class Pencil:
+    """All triangles about one origin, as rows that are linear in the direction.
 
-    The origin lies ``height`` (t,) below each plane, times its normal; planes it lies in are not live.
+    Parameters
+    ----------
+    rows : (4, 3, t) float64
+        Three edge functions, turned so that all are positive inside, and a row that gives, times a direction, one
+        over the distance along it to the triangle's plane (Olano & Greer 1997).
+    slack : (3, t) float64
+        The edge functions' rounding, relative to |d|_1.
+    live : (t,) bool
+        Whether the origin lies off the plane.
     """
 
-    edges: Floats
+    rows: Floats
     slack: Floats
-    height: Floats
     live: NDArray[np.bool_]
 
     @classmethod
-    def about(cls, geometry: Geometry, origin: Floats) -> _Pencil:
+    def about(cls, geometry: Geometry, origin: Floats) -> Pencil:
+        """The pencil of an origin (3, 1)."""
         pairs = edge_functions(geometry.a, geometry.b, geometry.c, origin)
         height = dot(geometry.a - origin, geometry.normal)
         live = np.abs(height) > plane_bound(geometry.normal, geometry.a, origin)
-        return cls(np.stack([edge for edge, _ in pairs]), np.stack([s for _, s in pairs]), height, live)
+        side = np.where(height < 0, -1.0, 1.0)
+        nearness = geometry.normal / np.where(live, height, 1.0)
+        rows = np.stack((*(edge * side for edge, _ in pairs), nearness))
+        return cls(rows, np.stack([slack for _, slack in pairs]), live)
 
-    def in_tile(self, corners: Floats) -> Ints:
-        """Which triangles can be hit by directions in the cone of four corner directions (3, 4)."""
-        value = np.stack([dot(edge[:, :, None], corners[:, None, :]) for edge in self.edges])  # (3, t, 4)
-        slack = 2 * self.slack * one_norm(corners).max()
-        high, low = value.max(axis=2) + slack, value.min(axis=2) - slack
-        return np.flatnonzero(((high >= 0).all(axis=0) | (low <= 0).all(axis=0)) & self.live)
+    def in_tile(self, corners: Floats, among: Ints | None = None) -> Ints:
+        """Which triangles, of all or of some, can be hit by directions in the cone of four corner ones (3, 4)."""
+        some = np.flatnonzero(self.live) if among is None else among
+        rows = self.rows[..., some]
+        highest = np.max([dot(np.moveaxis(rows, 1, 0), corner) for corner in corners.T[:, :, None, None]], axis=0)
+        slack = 2 * self.slack[:, some] * one_norm(corners).max()
+        return np.asarray(some[(highest[:3] >= -slack).all(axis=0) & (highest[3] > 0)])
 
-    def nearest(self, normal: Floats, d: Floats, chosen: Ints) -> tuple[Floats, Ints, Floats]:
-        """Nearest of the chosen triangles along each direction: distance (n,), triangle, weights (3, n)."""
+    def nearest(self, d: Floats, chosen: Ints) -> tuple[Floats, Ints]:
+        """One over the distance to the nearest of the chosen triangles along each direction, and which it is.
+
+        0 and -1 where there is none. All functions are rows of one product, by einsum: a BLAS brings its own
+        threads along, which stand in each other's way when all cores are busy.
+        """
         n = d.shape[1]
-        best, which, weight = np.full(n, np.inf), np.full(n, -1), np.zeros((3, n))
-        rays, size = np.arange(n), one_norm(d)
+        best, which = np.zeros(n), np.full(n, -1)
+        rays, size = np.arange(n), float(one_norm(d).max(initial=0))
         step = max(1, BLOCK // max(n, 1))
         for start in range(0, chosen.size, step):
             block = chosen[start : start + step]
-            w = np.stack([dot(edge[:, block, None], d[:, None, :]) for edge in self.edges])  # (3, block, n)
-            slack = self.slack[:, block, None] * size
-            inside = (w >= -slack).all(axis=0) | (w <= slack).all(axis=0)
-            slope = dot(normal[:, block, None], d[:, None, :])
-            height = np.broadcast_to(self.height[block, None], slope.shape)
-            inside &= np.abs(slope) > SLOPE_ULPS * one_norm(normal[:, block])[:, None] * size
-            t = np.full(slope.shape, np.inf)
-            np.divide(height, slope, out=t, where=inside & (slope * height > 0))
-            nearest = t.argmin(axis=0)
-            better = t[nearest, rays] < best
-            best[better] = t[nearest, rays][better]
+            w = np.einsum("rck,cn->rkn", self.rows[..., block], d)  # (4, block, n)
+            inside = w[0] >= -size * self.slack[0, block, None]
+            for edge in (1, 2):
+                inside &= w[edge] >= -size * self.slack[edge, block, None]
+            near = w[3] * inside
+            nearest = near.argmax(axis=0)
+            found = near[nearest, rays]
+            better = found > best
+            best[better] = found[better]
             which[better] = block[nearest[better]]
-            weight[:, better] = w[:, nearest[better], rays[better]]
-        return best, which, weight
+        return best, which
+
+    def points(self, geometry: Geometry, d: Floats, triangle: Ints) -> Floats:
+        """Where directions (3, n) meet the planes of triangles (n,): off them by ulps of the corners alone.
+
+        From the corners, not from origin + t d, however far the camera is.
+        """
+        w = np.stack([dot(edge[:, triangle], d) for edge in self.rows[:3]])
+        w = w / w.sum(axis=0)
+        a, b, c = (corner[:, triangle] for corner in (geometry.a, geometry.b, geometry.c))
+        return np.asarray(w[0] * a + w[1] * b + w[2] * c)
 
 
-def _ellipsoid_distance(o: Floats, d: Floats) -> Floats:
-    """First positive crossing of the unit sphere from o (3, 1) along d (3, n); inf where there is none.
+def ellipsoid_distance(geometry: Geometry, index: int, origin: Floats, d: Floats, certain: bool = False) -> Floats:
+    """First positive crossing of an ellipsoid from the origin (3, 1) along d (3, n); inf where there is none.
+
+    With ``certain`` directions that miss it by a hair are taken to touch it.
 
     The discriminant is taken from the closest approach, 1 - |o - (o.d)d|^2, which keeps its digits for
     spheres far away (Haines et al. 2019); the nearer root avoids the difference of two close numbers.
     """
+    inverse = geometry.inverse[index]
+    o, d = transform(inverse, origin - geometry.center[:, [index]]), transform(inverse, d)
     length2 = dot(d, d)
     b = dot(np.broadcast_to(o, d.shape), d)
     closest = o - d * (b / length2)
@@ -113,7 +140,8 @@ def _ellipsoid_distance(o: Floats, d: Floats) -> Floats:
         t0, t1 = q / length2, c / q
     near, far = np.minimum(t0, t1), np.maximum(t0, t1)
     t = np.where(near > 0, near, far)
-    return np.where((discriminant >= 0) & (t > 0), t, np.inf)
+    hit = certain | (discriminant >= 0)
+    return np.where(hit & (t > 0), t, np.inf)
 
 
 def first_hits(geometry: Geometry, origin: Floats, d: Floats, corners: Floats | None = None) -> Hits:
@@ -128,25 +156,32 @@ def first_hits(geometry: Geometry, origin: Floats, d: Floats, corners: Floats | 
     corners : (3, 4) float64, optional
         Directions whose cone holds all of ``d``: triangles outside it are left out.
     """
-    pencil = _Pencil.about(geometry, origin)
+    pencil = Pencil.about(geometry, origin)
     chosen = np.flatnonzero(pencil.live) if corners is None else pencil.in_tile(corners)
-    distance, triangle, weight = pencil.nearest(geometry.normal, d, chosen)
+    near, triangle = pencil.nearest(d, chosen)
     n = d.shape[1]
+    distance = np.divide(1.0, near, out=np.full(n, np.inf), where=near > 0)
     ellipsoid = np.full(n, -1)
     for index in range(geometry.ellipsoids):
-        inverse = geometry.inverse[index]
-        t = _ellipsoid_distance(transform(inverse, origin - geometry.center[:, [index]]), transform(inverse, d))
+        t = ellipsoid_distance(geometry, index, origin, d)
         nearer = t < distance
         distance = np.where(nearer, t, distance)
         ellipsoid[nearer] = index
+    triangle = np.where(ellipsoid < 0, triangle, -1)
+    return hits_at(geometry, pencil, origin, d, triangle, ellipsoid, distance)
+
+
+def hits_at(
+    geometry: Geometry, pencil: Pencil, origin: Floats, d: Floats, triangle: Ints, ellipsoid: Ints, distance: Floats
+) -> Hits:
+    """Hits on surfaces that are known: triangles' planes, or ellipsoids at a known distance; -1 for neither."""
+    n = d.shape[1]
     position, normal = np.zeros((3, n)), np.zeros((3, n))
     surface = np.full(n, -1)
-    on_triangle = np.flatnonzero((ellipsoid < 0) & (triangle >= 0))
+    on_triangle = np.flatnonzero(triangle >= 0)
     if on_triangle.size:
         k = triangle[on_triangle]
-        # From the corners, not from origin + t d: off the plane by ulps of the corners alone.
-        w = weight[:, on_triangle] / weight[:, on_triangle].sum(axis=0)
-        position[:, on_triangle] = w[0] * geometry.a[:, k] + w[1] * geometry.b[:, k] + w[2] * geometry.c[:, k]
+        position[:, on_triangle] = pencil.points(geometry, d[:, on_triangle], k)
         normal[:, on_triangle] = unit(geometry.normal[:, k])
         surface[on_triangle] = geometry.triangle_surface[k]
     for index in range(geometry.ellipsoids):

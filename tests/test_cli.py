@@ -212,3 +212,19 @@ def test_the_module_is_the_command():
         [sys.executable, "-m", "experiments", "--version"], capture_output=True, text=True, check=True
     )
     assert "0.1.0" in result.stdout
+
+
+def test_pixels_by_area_from_the_command_line(tmp_path):
+    image = tmp_path / "area.npy"
+    asked = ["render", "near-light", "--pixel-rule", "area", "-o", str(image)]
+    found = CliRunner().invoke(main, [*asked, "--tolerance", "1e-2"])
+    assert found.exit_code == 0, found.output
+    by_area = np.load(image)
+    assert CliRunner().invoke(main, ["render", "near-light", "-o", str(image)]).exit_code == 0
+    at_centres = np.load(image)
+    assert by_area.shape == at_centres.shape
+    changed = (np.abs(by_area - at_centres) > 0.02).any(axis=2)
+    assert 0 < changed.mean() < 0.1  # edges alone
+    refused = CliRunner().invoke(main, [*asked, "--tolerance", "2"])
+    assert refused.exit_code == 2
+    assert "tolerance" in refused.output
