@@ -25,7 +25,7 @@ RULES: tuple[Rule, ...] = ("truncate", "round")
 NEAR = 6
 """Bins summed on either side. A noise of more than half of that is blind to bins: exp(-2 pi^2 9) = 1e-77."""
 REACH = 4.0
-"""Standard deviations from an end of the range within which a pixel counts as saturated."""
+"""Standard deviations from the top of the range within which a pixel counts as saturated."""
 
 
 @dataclass(frozen=True)
@@ -96,10 +96,9 @@ class Quantiser:
 
     @cached_property
     def values(self) -> Floats:
-        """Radiance (top + 1,) each level stands for: the mean of its bin; the ends stand for 0 and 1."""
-        edges = self.edges
-        inner = (edges[1:] + edges[:-1]) / 2
-        return np.concatenate(([0.0], inner, [1.0]))
+        """Radiance (top + 1,) each level stands for: the mean of its bin; the highest stands for 1."""
+        edges = np.concatenate(([0.0], self.edges))
+        return np.append((edges[1:] + edges[:-1]) / 2, 1.0)
 
     def decode(self, raw: Raw) -> Floats:
         """Radiance (3, h, w) of what a file holds."""
@@ -131,14 +130,10 @@ class Quantiser:
         return np.asarray(total)
 
     def saturated(self, mean: Floats, deviation: Floats) -> Floats:
-        """Where a level can be cut off at an end of the range, elementwise bool."""
+        """Where a level can be cut off at the top, elementwise bool; radiance is never cut off at 0."""
         if not self.top:
             return np.zeros(mean.shape, dtype=bool)
-        low, high = self.edges[0], self.edges[-1]
-        noisy = deviation > 0
-        return np.asarray(
-            (mean + REACH * deviation >= high) | (noisy & (mean - REACH * deviation < low) & (mean > 0))
-        )
+        return np.asarray(mean + REACH * deviation >= self.edges[-1])
 
     def spread(self, mean: Floats) -> Floats:
         """Variance that whole levels add where noise fills them: width^2 / 12."""

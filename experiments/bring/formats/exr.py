@@ -35,7 +35,9 @@ def read_exr(path: Path, width: int, height: int) -> Raw:
             planes = [np.asarray(found[name], dtype=np.float64) for name in names]
             if any(plane.shape != (height, width) for plane in planes):
                 raise refuse(path, "subsampled channels", "channels of the full size")
-            return Raw(np.stack(planes), ("its grey is taken for three equal channels",) if names[0] == "Y" else ())
+            half = any(found[name].dtype == np.float16 for name in names)
+            notes = ("its grey is taken for three equal channels",) if names[0] == "Y" else ()
+            return Raw(np.stack(planes), notes, 2.0**-10 if half else 2e-6)
     raise refuse(path, f"channels {', '.join(sorted(found))[:40]}", "channels R, G, B or Y")
 
 

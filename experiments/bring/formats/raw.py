@@ -26,10 +26,13 @@ class Raw:
         uint8, uint16, or float64 for what is radiance already.
     notes : tuple of str
         What was left out of the file.
+    rounding : float
+        Relative rounding of radiance in this format.
     """
 
     values: NDArray[Any]
     notes: tuple[str, ...] = ()
+    rounding: float = 2e-6
 
     @property
     def levels(self) -> int:

@@ -36,7 +36,7 @@ def read_hdr(path: Path, width: int, height: int) -> Raw:
     start = len(first) + 1 + len(head) + 2 + len(size_line) + 1
     rgbe = _pixels(path, data[start:], width, height)
     scale = np.where(rgbe[..., 3] > 0, np.ldexp(1.0, rgbe[..., 3].astype(np.int64) - 136), 0.0)
-    return Raw(np.ascontiguousarray(((rgbe[..., :3] + 0.5) * scale[..., None]).transpose(2, 0, 1)))
+    return Raw(np.ascontiguousarray(((rgbe[..., :3] + 0.5) * scale[..., None]).transpose(2, 0, 1)), rounding=2.0**-7)
 
 
 def _pixels(path: Path, data: bytes, width: int, height: int) -> Bytes:
