@@ -23,6 +23,7 @@ from renderer.image import Image, prepare, render
 from renderer.needs import LeftOut, Needs
 from renderer.scene import Scene
 
+from .bring.estimator import estimator_at, is_path
 from .statistics import Level
 from .verdict import Verdict, judge, pixel_counts
 
@@ -41,7 +42,8 @@ def chosen_estimator(scene: Scene, name: str | None, samples: int | None, strati
     """What the user asks for, and for the rest what the scene does."""
     name = name or {"analyticdirect": "analytic", "direct": "area"}[scene.integrator]
     strata = scene.stratify if stratified is None else stratified
-    return estimator_named(name, samples or scene.light_samples, strata)
+    named = estimator_at if is_path(name) else estimator_named
+    return named(name, samples or scene.light_samples, strata)
 
 
 @dataclass(frozen=True)

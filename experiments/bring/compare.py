@@ -23,7 +23,7 @@ from .diagnosis.diagnose import Diagnosis, Mistake
 from .diagnosis.probe import Probe
 from .expected import Renders, Scores, course_scores, expected_scores, own_renders
 from .formats import Raw
-from .kept import Cache
+from .kept import KeptReferences
 from .same_seed import common_noise, different, repeated_noise, whitened
 from .sides import Sides, stage, two_sides
 from .transfer import RULES, Quantiser, Rule
@@ -69,21 +69,14 @@ def compare(
     question: Question,
     *,
     command: str,
-    cache: Cache,
-    given: Reference | None = None,
+    references: KeptReferences,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Comparison:
-    """Judge somebody's images of a scene.
-
-    Parameters
-    ----------
-    given : Reference, optional
-        A kept reference, instead of what would be rendered.
-    """
+    """Judge somebody's images of a scene."""
     started = time.perf_counter()
     estimator = question.of(scene)
-    truth = truth_of(scene, question, cache, given, executor, progress)
+    truth = truth_of(scene, question, references, executor, progress)
     seen = stage(scene)
     probe = Probe(scene, estimator.samples, estimator.stratified)
     renders = own_renders(scene, estimator, probe)
@@ -199,9 +192,7 @@ def _figures(verdict: Verdict) -> dict[str, Any]:
     return {name: getattr(verdict, name) for name in names}
 
 
-def _scores(
-    brought: Brought, quantiser: Quantiser, truth: Reference, renders: Renders, seen: Image
-) -> dict[str, Any]:
+def _scores(brought: Brought, quantiser: Quantiser, truth: Reference, renders: Renders, seen: Image) -> dict[str, Any]:
     """The course's scores of every image, in its own eight bits, beside what a right one gets."""
     inside = (truth.mean > 0) & (truth.mean < 1)
     blur = float(np.where(inside, (255 * truth.standard_error) ** 2, 0.0).mean())

@@ -115,4 +115,3 @@ def expected_scores(renders: Renders, truth: Floats, blur: float, size: int) -> 
         found[name] = (centre - sigmas * error, centre + sigmas * error)
     found["mse"] = (max(found["mse"][0], 0.0), found["mse"][1])
     return found
-

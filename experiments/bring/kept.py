@@ -9,6 +9,7 @@ import hashlib
 import json
 import zipfile
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,8 +19,9 @@ import numpy as np
 from mitsuba_bridge.reference import SHAPES, Reference
 from renderer.errors import InputError
 from renderer.scene import Scene
+from renderer.vectors import Floats
 
-from ..check import appearance
+from ..check import Progress, Question, References, appearance
 from ..files import replacing
 from ..results import package_versions
 
@@ -93,8 +95,30 @@ def read_reference(path: Path, scene: Scene) -> tuple[Reference, dict[str, Any]]
         shape = (channels, scene.height, scene.width) if channels else (scene.height, scene.width)
         if found[name].shape != shape or not np.isfinite(found[name]).all():
             raise _refuse(path, f"damaged (its {name})", f"finite numbers of shape {shape}")
-    told = {name: head[name] for name in TOLD}
-    return Reference(**found, **{**told, "notes": tuple(told["notes"])}), head
+    return _reference(path, found, head), head
+
+
+def _reference(path: Path, found: Mapping[str, Floats], head: dict[str, Any]) -> Reference:
+    llvm = head["llvm"]
+    try:
+        return Reference(
+            mean=found["mean"],
+            standard_error=found["standard_error"],
+            pixel_standard_error=found["pixel_standard_error"],
+            emitter=found["emitter"],
+            background=found["background"],
+            pass_means=found["pass_means"],
+            samples=int(head["samples"]),
+            passes=int(head["passes"]),
+            renderer=str(head["renderer"]),
+            version=str(head["version"]),
+            variant=str(head["variant"]),
+            llvm=None if llvm is None else str(llvm),
+            notes=tuple(str(note) for note in head["notes"]),
+            seconds=dict(head["seconds"]),
+        )
+    except (TypeError, ValueError) as error:
+        raise _refuse(path, f"damaged ({error})", "a file written by `nusselt reference`") from error
 
 
 def _refuse(path: Path, found: str, accepted: str) -> InputError:
@@ -117,8 +141,8 @@ def _check_head(path: Path, head: Any, scene: Scene) -> None:
     if head.get("rule") != rule_of(scene):
         raise _refuse(path, f"rule: {head.get('rule')}", f"rule: {rule_of(scene)}")
     if head.get("scene") != identity(scene):
-        other = f"made of another scene or of an older state of it ({head.get('scene_name')}, {str(head.get('scene'))[:12]})"
-        raise InputError("reference", other[:58], f"one of this scene ({identity(scene)[:12]}): make it again", str(path))
+        other = f"made of another scene or an older one: {head.get('scene_name')}"
+        raise InputError("reference", other, f"one of this scene ({identity(scene)[:12]}): make it again", str(path))
     missing = [name for name in TOLD if name not in head]
     if missing:
         raise _refuse(path, f"no {missing[0]} in its head", "a file written by `nusselt reference`")
@@ -157,3 +181,26 @@ class Cache:
         path = self._path(scene, target)
         if path is not None:
             write_reference(path, scene, reference, target)
+
+
+class KeptReferences(References):
+    """References for `check`: a file's, or the cache's, or Mitsuba's, which the cache then keeps."""
+
+    def __init__(self, given: Path | None, folder: Path | None) -> None:
+        super().__init__()
+        self._given, self._cache = given, Cache(folder)
+
+    def given(self, scene: Scene) -> Reference | None:
+        """What the user's file says of a scene, if there is one."""
+        return None if self._given is None else read_reference(self._given, scene)[0]
+
+    def get(self, scene: Scene, question: Question, target: float, progress: Progress | None) -> Reference:
+        """The reference of a scene; one from a file is taken with the noise it has."""
+        given = self.given(scene)
+        if given is not None:
+            return given
+        found = self._cache.find(scene, target)
+        if found is None:
+            found = super().get(scene, question, target, progress)
+            self._cache.keep(scene, found, target)
+        return found

@@ -72,7 +72,6 @@ def two_sides(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Referen
     expected = quantiser.expected(truth.mean, deviation)
     decoded = np.where(shaded, decoded, _snapped(decoded, expected, truth.mean, quantiser, raws[0].rounding))
     emitter = np.where(masked, PART, seen.emitter)
-    left = {"emitter": emitter, "background": seen.background}
     judged = shaded & ~masked
     count = len(raws)
     if count > 1:
@@ -90,12 +89,14 @@ def two_sides(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Referen
         pixel_variance=pixel_variance,
         level_mean=levels.mean(axis=0),
         level_variance=255**2 * np.nan_to_num(variance),
-        pass_means=np.array([np.nan_to_num(one.mean(axis=0)[judged]).mean() if judged.any() else 0.0 for one in decoded]),
+        pass_means=np.array(
+            [np.nan_to_num(one.mean(axis=0)[judged]).mean() if judged.any() else 0.0 for one in decoded]
+        ),
         left_out=(),
-        **left,
+        emitter=emitter,
     )
     top = int((raws[0].values == quantiser.top).any(axis=0)[shaded].sum()) if quantiser.top else 0
-    reference = replace(truth, mean=expected, **left)
+    reference = replace(truth, mean=expected, emitter=emitter, background=seen.background)
     return Sides(image, reference, count, int(masked.sum()), top)
 
 

@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import special
 
 from renderer.errors import InputError
@@ -118,7 +119,7 @@ class Quantiser:
         out[some] = self._summed(mean[some], deviation[some], level[some])
         return np.asarray(out)
 
-    def _summed(self, mean: Floats, deviation: Floats, level: Floats) -> Floats:
+    def _summed(self, mean: Floats, deviation: Floats, level: NDArray[np.intp]) -> Floats:
         edges, values = self.edges, self.values
         steps = np.diff(values)
         low = np.maximum(level - NEAR, 0)
@@ -129,7 +130,7 @@ class Quantiser:
             total = total + np.where(low + k < self.top, steps[bin_] * passed, 0.0)
         return np.asarray(total)
 
-    def saturated(self, mean: Floats, deviation: Floats) -> Floats:
+    def saturated(self, mean: Floats, deviation: Floats) -> NDArray[np.bool_]:
         """Where a level can be cut off at the top, elementwise bool; radiance is never cut off at 0."""
         if not self.top:
             return np.zeros(mean.shape, dtype=bool)
@@ -141,4 +142,3 @@ class Quantiser:
             return np.zeros_like(mean)
         steps = np.diff(self.values)
         return np.asarray(steps[np.clip(np.searchsorted(self.edges, mean), 0, self.top - 1)] ** 2 / 12)
-

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -13,9 +14,9 @@ from renderer.estimators import ESTIMATORS, Area, Estimator
 from renderer.image import Image, prepare, render
 from renderer.scene import Scene
 
-from ..check import ROOM, Progress, Question, References, seeds
+from ..check import ROOM, Progress, Question, seeds
 from ..results import package_versions
-from .kept import Cache
+from .kept import KeptReferences
 
 AREA = Area(samples=64, stratified=True)
 AREA_PASSES = 32
@@ -68,18 +69,12 @@ def as_reference(image: Image, estimator: Estimator, passes: int) -> Reference:
 def truth_of(
     scene: Scene,
     question: Question,
-    cache: Cache,
-    given: Reference | None = None,
+    references: KeptReferences,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Truth:
-    """Find, make or take what an image of the scene is compared with.
-
-    Parameters
-    ----------
-    given : Reference, optional
-        From a file; it comes before everything else.
-    """
+    """Take what the user gave, or make what an image of the scene is compared with."""
+    given = references.given(scene)
     if given is not None:
         return Truth(given, f"a kept reference ({given.renderer} {given.version})", given.passes == 1)
     exact = exact_estimator(scene)
@@ -87,7 +82,7 @@ def truth_of(
         image = render(scene, exact, executor=executor, progress=_part(progress, "exact image"))
         return Truth(as_reference(image, exact, 1), f"the exact image ({exact.name})", True)
     try:
-        found = references(scene, question, cache, progress)
+        found = references.get(scene, question, question.margin / ROOM, progress)
         return Truth(found, f"Mitsuba {found.version}, {found.samples} samples per light", False)
     except ReferenceUnavailable as problem:
         told = str(problem)
@@ -99,20 +94,5 @@ def truth_of(
     return Truth(made, f"ours by area, {made.samples} samples per light, because Mitsuba could not run: {told}", False)
 
 
-def references(scene: Scene, question: Question, cache: Cache, progress: Progress | None) -> Reference:
-    """Mitsuba's reference, from the cache where one is kept that is good enough.
-
-    Raises
-    ------
-    ReferenceUnavailable
-    """
-    target = question.margin / ROOM
-    kept = cache.find(scene, target)
-    if kept is None:
-        kept = References().get(scene, question, target, progress)
-        cache.keep(scene, kept, target)
-    return kept
-
-
-def _part(progress: Progress | None, stage: str):  # type: ignore[no-untyped-def]
+def _part(progress: Progress | None, stage: str) -> Callable[[int, int], None] | None:
     return None if progress is None else lambda done, total: progress(stage, done, total)

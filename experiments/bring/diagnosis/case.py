@@ -46,12 +46,15 @@ class Guess:
         Parameters that were fitted.
     rule : Rule, optional
         Instead of the image's own quantisation.
+    noise : float
+        What the mistake adds to the image's noise, levels squared.
     """
 
     prediction: Floats
     detail: str
     fitted: int = 0
     rule: Rule | None = None
+    noise: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -122,6 +125,11 @@ class Case:
         filled = self.quantiser.spread(truth) * (variance > 0)
         share = 1 / len(self.raws) + 1 / self.probe.passes
         return float((LEVELS**2 * inside * (variance * share + filled / len(self.raws))).mean())
+
+    def left(self, prediction: Floats) -> Floats:
+        """Signed difference (n,) in levels, mean of the channels; NaN where the images are not finite."""
+        predicted = self.quantiser.expected(prediction, self.deviation)
+        return np.asarray(LEVELS * (self._observed - predicted).mean(axis=0))
 
     def fit(self, family: Callable[[float], Floats], grid: Iterable[float]) -> float:
         """The parameter whose prediction is nearest: the best of a grid, then of finer grids between its neighbours.

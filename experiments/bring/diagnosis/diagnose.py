@@ -18,12 +18,12 @@ from renderer.vectors import Floats
 
 from ..formats import Raw
 from ..transfer import Quantiser
-from .case import CHANCE, Case, Guess, nearer
+from .case import Case, Guess, nearer
 from .hypotheses import HYPOTHESES
 from .probe import Probe
 from .shared_points import shared_points
 
-SURE = 5.0
+SURE = 4.0
 """Standard errors by which a hypothesis must fit better than none."""
 TOLD = 0.05
 """Least share of the difference worth telling."""
@@ -71,6 +71,11 @@ class _Found:
     def distance(self) -> float:
         return float(self.squares.mean())
 
+    @property
+    def beyond_noise(self) -> float:
+        """Without the noise that the mistake itself brings."""
+        return self.distance - self.guess.noise
+
 
 def diagnose(
     scene: Scene,
@@ -102,7 +107,7 @@ def diagnose(
             progress("mistakes", number, len(HYPOTHESES))
         tried = [_Found(name, guess, case.squares(guess)) for guess in guesses(case)]
         if tried:
-            found.append(min(tried, key=lambda one: one.distance))
+            found.append(min(tried, key=lambda one: one.beyond_noise))
     noise = min([case.noise, right.distance, *(one.distance for one in found)])
     shared = shared_points(case, right.distance)
     if shared is not None:
@@ -117,13 +122,13 @@ def _ranked(found: list[_Found], right: _Found, noise: float) -> list[Mistake]:
         return []
 
     def explained(one: _Found) -> float:
-        return float(np.clip(1 - (one.distance - noise) / whole, 0, 1))
+        return float(np.clip(1 - (one.beyond_noise - noise) / whole, 0, 1))
 
     likely = [one for one in found if explained(one) >= TOLD and nearer(one.squares, right.squares) > SURE]
-    likely.sort(key=lambda one: one.distance)
+    likely.sort(key=lambda one: -explained(one))
     if likely:
         best = likely[0]
-        even = [one for one in likely if explained(best) - explained(one) < TIE or nearer(best.squares, one.squares) < CHANCE]
+        even = [one for one in likely if explained(best) - explained(one) < TIE]
         even.sort(key=lambda one: one.guess.fitted)
         likely = even + [one for one in likely if one not in even]
     return [Mistake(one.name, explained(one), one.guess.detail) for one in likely[:MOST]]

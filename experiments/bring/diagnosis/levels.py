@@ -62,7 +62,9 @@ def ambient(case: Case) -> Iterator[Guess]:
 def gamma(case: Case) -> Iterator[Guess]:
     """A transfer curve too many, or too few."""
     truth = np.clip(case.probe.truth, 0, 1)
-    yield Guess(Transfer("srgb").encode(truth), "encoded as sRGB where the curve was to be " + case.quantiser.transfer.name)
+    yield Guess(
+        Transfer("srgb").encode(truth), "encoded as sRGB where the curve was to be " + case.quantiser.transfer.name
+    )
     yield Guess(Transfer("srgb").decode(truth), "decoded from sRGB once too often")
     found = case.fit(lambda g: truth ** (1 / g), np.geomspace(0.3, 3.3, 25))
     yield Guess(truth ** (1 / found), f"encoded with gamma {found:.3g}: v^(1/{found:.3g})", 1)

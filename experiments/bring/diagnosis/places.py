@@ -15,6 +15,8 @@ QUICK = 4
 """Samples per light while searching."""
 COARSE = 4
 """Of so many pixels one is looked at first."""
+ENOUGH = 6000
+"""Pixels looked at while searching."""
 ZOOMS, FINER = 4, 9
 """Finer grids around the best, and their values."""
 WHOLE = 0.25
@@ -26,7 +28,8 @@ Place = Callable[[Floats, Floats], tuple[Floats, Floats]]
 
 def _distance(case: Case, place: Place, step: int = 1) -> float:
     """Mean squared difference in levels with few samples, at every ``step``-th pixel."""
-    some = np.flatnonzero(case.valid)[::step]
+    some = np.flatnonzero(case.valid)
+    some = some[:: step * max(1, some.size // ENOUGH)]
     probe = case.probe
     moved = probe.moved(*place(probe.x[some], probe.y[some]), QUICK)
     return case.distance_at(moved, some)

@@ -20,10 +20,9 @@ from renderer.shadows import Blockers
 from renderer.vectors import Floats, column, dot
 from renderer.view import look
 
-from .own_light import reaches_in_single_precision
 from .rules import RIGHT, Rules, reflected
 
-PIXELS = 1 << 13
+PIXELS = 1 << 15
 PAIRS = 3 << 20
 """Pixel-sample pairs of all lights together, at most."""
 SAMPLES = 64
@@ -72,9 +71,6 @@ class Paths:
     def _find(self, kind: str) -> Floats:
         if kind == "none":
             return np.ones(self.d.shape[1:])
-        if kind == "own":
-            own = reaches_in_single_precision(self.light, self.sight.points, self.d)
-            return self.seen("right") * own
         if kind == "behind":
             return self._behind()
         endless = self.at_infinity or kind == "beyond"
@@ -173,9 +169,15 @@ class Probe:
             view = look(self.scene, g, x[some], y[some])
             surface = view.hits.surface
             light = np.where(surface >= 0, g.light[np.maximum(surface, 0)], -1) if g.light.size else surface * 0 - 1
-            glow = np.where(light >= 0, g.emission[:, np.maximum(surface, 0)], view.emission) if g.light.size else view.emission
+            glow = (
+                np.where(light >= 0, g.emission[:, np.maximum(surface, 0)], view.emission)
+                if g.light.size
+                else view.emission
+            )
             parts.append((view.points, view.lit + start, view.emission, glow, light))
-        points = ShadingPoints(*(np.concatenate([getattr(p[0], f.name) for p in parts], axis=-1) for f in fields(ShadingPoints)))
+        points = ShadingPoints(
+            *(np.concatenate([getattr(p[0], f.name) for p in parts], axis=-1) for f in fields(ShadingPoints))
+        )
         lit, emission, glow, light = (np.concatenate([p[k] for p in parts], axis=-1) for k in range(1, 5))
         return Sight(points, lit, emission, glow, light)
 
@@ -198,9 +200,7 @@ class Probe:
         out = np.repeat(seen[:, :, None], passes, axis=2)
         for path in paths:
             if path.source.index not in rules.without:
-                out[:, sight.lit] += reflected(
-                    sight.points, path.light, path.d, path.seen(kind), rules, passes
-                )
+                out[:, sight.lit] += reflected(sight.points, path.light, path.d, path.seen(kind), rules, passes)
         return out
 
     def radiance(self, rules: Rules) -> Floats:
@@ -210,11 +210,17 @@ class Probe:
     def moved(self, x: Floats, y: Floats, samples: int = 0) -> Floats:
         """Radiance (3, k) through other image points, with few samples or (0) as many as the truth."""
         sight = self.look(x, y)
-        if not samples:
-            paths = self._paths(sight, self.samples, self.passes)
-        else:
-            paths = self._paths(sight, samples, 1)
+        paths = self._paths(sight, samples or self.samples, 1 if samples else self.passes)
         return self.radiance_passes(RIGHT, sight, paths).mean(axis=2)
+
+    def alike(self, values: Floats, some: np.ndarray) -> float:
+        """Correlation of neighbouring cells' values (n,), over the pixels ``some`` (n,) bool."""
+        grid = np.where(some, values - values[some].mean(), 0.0).reshape(self._cells)
+        mask = some.reshape(self._cells)
+        products = [grid[1:] * grid[:-1], grid[:, 1:] * grid[:, :-1]]
+        pairs = int((mask[1:] & mask[:-1]).sum() + (mask[:, 1:] & mask[:, :-1]).sum())
+        size = float((grid * grid).sum()) / max(int(some.sum()), 1)
+        return float(sum(float(p.sum()) for p in products)) / max(pairs, 1) / size if size > 0 else 0.0
 
     @property
     def quads(self) -> list[Paths]:

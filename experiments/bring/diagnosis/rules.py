@@ -29,8 +29,8 @@ class Rules:
         Whether the diffuse albedo is divided by pi.
     lobe : {"clamped", "unclamped", "capped", "s+1", "none"}
         The Phong lobe: right, with negative cosines, at most 1, with (s+1) for (s+2), missing.
-    visibility : {"right", "none", "beyond", "own", "short"}
-        Shadow rays: right, missing, without a far end, hitting the light itself by float32 rounding, 1 % short.
+    visibility : {"right", "none", "beyond", "short"}
+        Shadow rays: right, missing, without a far end, 1 % short.
     without : tuple of int
         Lights left out.
     cap : float
@@ -98,10 +98,7 @@ def reflected(points: ShadingPoints, light: Light, d: Floats, seen: Floats, rule
     weight = _solid_angle(light, d, rules) * np.where(cosine > 0, cosine if rules.surface_cosine else 1.0, 0.0) * seen
     per_pass = d.shape[2] // passes
     diffuse = points.diffuse / (math.pi if rules.over_pi else 1.0)
-    if rules.lobe == "none" or not points.is_glossy:
-        lobe = None
-    else:
-        lobe = _lobe(points, d, length, rules.lobe)
+    lobe = _lobe(points, d, length, rules.lobe) if rules.lobe != "none" and points.is_glossy else None
     out = np.empty((3, points.count, passes))
     for channel in range(3):
         value = weight * diffuse[channel][:, None]
@@ -112,4 +109,3 @@ def reflected(points: ShadingPoints, light: Light, d: Floats, seen: Floats, rule
             value = np.minimum(value, rules.cap)
         out[channel] = value.reshape(points.count, passes, per_pass).mean(axis=2)
     return out
-

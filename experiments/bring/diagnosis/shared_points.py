@@ -36,7 +36,7 @@ def shared_points(case: Case, distance: float) -> tuple[Guess, Floats] | None:
     if not lights or noise < LEAST or len(lights) * SIDE**2 > 2000:
         return None
     lit = np.flatnonzero(case.valid[probe.sight.lit])
-    inside = ~case.quantiser.saturated(probe.truth, case.deviation)[:, probe.sight.lit].any(axis=0)
+    inside = ~np.asarray(case.quantiser.saturated(probe.truth, case.deviation)[:, probe.sight.lit].any(axis=0))
     lit = lit[inside[lit] & (probe.variance[:, probe.sight.lit[lit]].max(axis=0) > 0)]
     if lit.size < 500:
         return None
@@ -78,7 +78,5 @@ def _points_on(path: Paths, light: Extended, chosen: np.ndarray) -> Floats:
 def _mean_of(case: Case, lights: list[Paths]) -> Floats:
     """What the lights with extent bring to the lit points on average, (3, m)."""
     probe = case.probe
-    parts = [
-        reflected(probe.sight.points, path.light, path.d, path.seen("right"), RIGHT, 1)[..., 0] for path in lights
-    ]
+    parts = [reflected(probe.sight.points, path.light, path.d, path.seen("right"), RIGHT, 1)[..., 0] for path in lights]
     return np.asarray(sum(parts))

@@ -32,7 +32,9 @@ def read_png(path: Path, width: int, height: int) -> Raw:
     except (OSError, SyntaxError, ValueError, zlib.error, OverflowError, EOFError) as error:
         if hasattr(error, "argument"):
             raise
-        raise refuse(path, f"damaged PNG ({str(error).splitlines()[0] if str(error) else 'truncated'})", "a whole PNG file") from error
+        raise refuse(
+            path, f"damaged PNG ({str(error).splitlines()[0] if str(error) else 'truncated'})", "a whole PNG file"
+        ) from error
 
 
 def _decode(path: Path, wanted: tuple[int, int]) -> NDArray[Any]:
