@@ -12,6 +12,8 @@ from renderer.scene import Scene
 
 from .. import catalogue
 from ..check import Question
+from ..exports import write_exports
+from ..files import folder_name
 from ..results import EXIT, document, exit_code, write_json
 from ..tables import console
 from ..workers import worker_pool
@@ -101,8 +103,10 @@ def _write(told: Comparison, scene: Scene, options: dict[str, Any], question: Qu
     out: Path | None = options["out"]
     target = options["target"] or (str(out / "results.json") if out else None)
     if out:
-        told.row["images"] = write_comparison(told, out / scene.name)
+        told.row["images"] = write_comparison(told, out / folder_name(scene.name))
+    results = document([told.row], alpha=question.level.alpha)
     if target:
-        write_json(document([told.row], alpha=question.level.alpha), target)
+        write_json(results, target)
+    write_exports(results, options)
     tell(told.row, console(stderr=target == "-"))
     return exit_code([told.row])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from ..files import replacing, write_image
 from ..pictures import colour_difference
 from ..verdict import standard_errors
@@ -21,6 +23,6 @@ def write_comparison(told: Comparison, folder: Path) -> dict[str, str]:
         write_image(folder / name, radiance)
     z = standard_errors(sides.image, sides.reference, sides.images)
     with replacing(folder / "difference.png") as beside:
-        Image.fromarray(colour_difference(z)).save(beside)
+        Image.fromarray(colour_difference(np.nan_to_num(z))).save(beside)
     names = [*found, "difference.png"]
     return {name.replace(".", "_"): f"{folder.name}/{name}" for name in names}

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from renderer.errors import InputError
+
 from .raw import Raw, check_size, refuse
 
 CHANNELS = 64
@@ -27,7 +29,9 @@ def read_exr(path: Path, width: int, height: int) -> Raw:
             _check_header(path, file, (width, height))
         with OpenEXR.File(str(path), separate_channels=True) as file:
             found: dict[str, Any] = {name: channel.pixels for name, channel in file.channels().items()}
-    except (RuntimeError, TypeError, KeyError, IndexError, OSError, MemoryError, UnicodeDecodeError) as error:
+    except InputError:
+        raise
+    except Exception as error:  # whatever a foreign parser raises
         told = " ".join(str(error).split())[:80]
         raise refuse(path, f"damaged EXR ({told})", "a whole OpenEXR file") from error
     for names in (("R", "G", "B"), ("Y", "Y", "Y")):

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import struct
 import warnings
 import zlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import PIL.Image
 from numpy.typing import NDArray
+
+from renderer.errors import InputError
 
 from .raw import Raw, check_size, refuse, three_channels
 
@@ -29,18 +33,17 @@ def read_png(path: Path, width: int, height: int) -> Raw:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return three_channels(path, _decode(path, (width, height)))
-    except (OSError, SyntaxError, ValueError, zlib.error, OverflowError, EOFError) as error:
-        if hasattr(error, "argument"):
-            raise
-        raise refuse(
-            path, f"damaged PNG ({str(error).splitlines()[0] if str(error) else 'truncated'})", "a whole PNG file"
-        ) from error
+    except InputError:
+        raise
+    except PIL.Image.DecompressionBombError as error:
+        raise refuse(path, "far more pixels than an image has", f"the scene's {width} x {height}") from error
+    except (OSError, SyntaxError, ValueError, zlib.error, OverflowError, EOFError, struct.error) as error:
+        told = str(error).splitlines()[0] if str(error) else "truncated"
+        raise refuse(path, f"damaged PNG ({told})", "a whole PNG file") from error
 
 
 def _decode(path: Path, wanted: tuple[int, int]) -> NDArray[Any]:
-    from PIL import Image
-
-    with Image.open(path, formats=["PNG"]) as image:
+    with PIL.Image.open(path, formats=["PNG"]) as image:
         check_size(path, image.size, wanted)
         kind = str(image.tile[0].args) if image.tile else image.mode
         if kind in WIDE:
@@ -55,11 +58,9 @@ def _decode(path: Path, wanted: tuple[int, int]) -> NDArray[Any]:
 
 
 def _low_bytes(path: Path, kind: str) -> NDArray[Any]:
-    from PIL import Image
-
     swapped = WIDE[kind][1]
     if swapped is None:
         raise refuse(path, "16-bit grey with alpha", "grey or RGB in 8 or 16 bits, or RGB with alpha")
-    with Image.open(path, formats=["PNG"]) as image:
+    with PIL.Image.open(path, formats=["PNG"]) as image:
         image.tile = [entry._replace(args=swapped) for entry in image.tile]
         return np.asarray(image, dtype=np.uint16)
