@@ -116,7 +116,7 @@ def test_a_kept_reference_comes_back_to_the_bit(tmp_path):
 @pytest.mark.parametrize("other", [ROOM.with_(width=40), ROOM.with_(lights=(lamp(2.1),)), ROOM.with_(spp=4)])
 def test_a_foreign_reference_is_refused_with_the_reason(tmp_path, other):
     write_reference(tmp_path / "ref.npz", ROOM, reference(), 1e-4)
-    with pytest.raises(InputError, match="another scene|rule"):
+    with pytest.raises(InputError, match=r"another scene|rule"):
         read_reference(tmp_path / "ref.npz", other)
 
 
