@@ -24,6 +24,7 @@ from renderer.estimators import Estimator, estimator_named
 from renderer.image import Image, prepare, render
 from renderer.scene import Scene
 
+from .bring.estimator import estimator_at, is_path
 from .check_rows import head_of, row_of, row_without
 from .prior import prior_of
 from .statistics import Level
@@ -44,7 +45,8 @@ def chosen_estimator(scene: Scene, name: str | None, samples: int | None, strati
     """What the user asks for, and for the rest what the scene does."""
     name = name or {"analyticdirect": "analytic", "direct": "area"}[scene.integrator]
     strata = scene.stratify if stratified is None else stratified
-    return estimator_named(name, samples or scene.light_samples, strata)
+    named = estimator_at if is_path(name) else estimator_named
+    return named(name, samples or scene.light_samples, strata)
 
 
 PixelRule = Literal["centre", "area"]

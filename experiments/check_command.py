@@ -12,6 +12,8 @@ from typing import Any
 from renderer.errors import InputError
 from renderer.scene import Scene
 
+from .bring.command import run_bring, wants_bring
+from .bring.kept import KeptReferences
 from .catalogue import load
 from .check import Question, References, check, with_pixel_rule
 from .exports import write_exports
@@ -80,11 +82,13 @@ def run_check(
         The command that makes one scene's row again.
     """
     question = _question(options, len(names))
+    if wants_bring(names, options):
+        return run_bring(names, options, _question(options, 1), progress_bar, command_for)
     scenes = _read_all(names, options, question)
     out: Path | None = options["out"]
     target = options["target"] or (str(out / "results.json") if out else None)
     rows: list[dict[str, Any]] = []
-    references = References()
+    references: References = KeptReferences(options.get("reference"), options.get("cache"))
     deadline = time.monotonic() + options["budget"]
     table = console(stderr=target == "-")
 

@@ -16,6 +16,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from renderer.errors import InputError
 
 from . import catalogue
+from .bring.commands import reference, trial_estimator
+from .bring.options import bring_options
 from .results import EXIT
 from .workers import WorkerLost
 
@@ -106,9 +108,10 @@ def export_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @main.command()
-@click.argument("scenes", metavar="SCENE...", nargs=-1)
+@click.argument("scenes", metavar="SCENE... [IMAGE...]", nargs=-1)
 @click.option("--classic", is_flag=True, help="All classic scenes.")
 @_sampling
+@bring_options
 @click.option("--margin", type=float, default=1e-3, show_default=True, help="Relative bias that does not matter.")
 @click.option("--alpha", type=float, default=1e-3, show_default=True, help="False-alarm rate of the whole report.")
 @click.option("--timeout", type=float, default=600.0, show_default=True, help="Seconds for one reference.")
@@ -123,6 +126,10 @@ def check(scenes: tuple[str, ...], classic: bool, **options: Any) -> None:
     \b
     nusselt check quad cornell --out out
     nusselt check my.test --samples 64 --margin 0.0005 --json -
+    nusselt check quad-stratified mine-1.png mine-2.png
+    nusselt check my.test --renderer "./mine {scene} {samples} {seed} {output}"
+
+    With IMAGEs (.png, .exr, .pfm, .hdr, .npy) or a --renderer those are judged in place of ours.
     """
     from .check_command import run_check
 
@@ -329,7 +336,7 @@ def list_command() -> None:
         click.echo(f"  {experiment.name:20} {experiment.summary}")
 
 
-ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv")
+ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv", "cache")
 """Options of a check that no row depends on."""
 
 
@@ -348,3 +355,7 @@ def shell_command(scene: str, options: dict[str, Any]) -> str:
         else:
             words += [param.opts[0], str(value)]
     return shlex.join(words)
+
+
+main.add_command(reference)
+main.add_command(trial_estimator)
