@@ -18,7 +18,7 @@ QUICK = ("fov", "missing-cosine", "correlated-seeds", "half-pixel")
 
 @pytest.mark.parametrize("plant", [p for p in PLANTS if p.name in QUICK], ids=lambda plant: plant.name)
 def test_a_planted_mistake_is_told_first(plant):
-    row = try_plant(plant, 120, seed=1)
+    row = try_plant(plant, 160, seed=1)
     told = row["likely_mistakes"]
     assert told, row
     assert told[0]["name"] == plant.name, told
