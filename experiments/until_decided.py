@@ -39,7 +39,7 @@ class Sides:
     ) -> None:
         self.scene, self.question, self.executor, self.progress = scene, question, executor, progress
         self.estimator: Estimator = question.of(scene)
-        asked = (question.seed, question.margin, question.shadow_origin)
+        asked = (question.seed, question.margin, question.shadow_origin, question.pixel_rule, question.tolerance)
         self.ours_on_disk = Store(folder / FOLDER / key_of("ours", scene.digest(), scene.name, self.estimator, *asked))
         self.bare = appearance(scene)
         self.reference_on_disk = Store(folder / FOLDER / key_of("reference", self.bare.digest(), *asked))

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from renderer.estimators import Analytic, Area, ControlVariate
+from renderer.estimators import Analytic, Area, AreaLattice, ControlVariate, Exact
 from renderer.image import Image, render
 from renderer.scene import Scene
 
@@ -102,15 +102,14 @@ class Control:
     margin: float = MARGIN
 
 
-UNBIASED = (Area(samples=64), RIGHT, ControlVariate(samples=64, stratified=True))
+UNBIASED = (Area(samples=64), RIGHT, AreaLattice(samples=64), ControlVariate(samples=64, stratified=True), Exact())
 
 CONTROLS = (
     *(Control(scene) for scene in dict.fromkeys(planted.scene for planted in DEFECTS)),
     Control(scenes.open_floor, margin=FINE),
     Control(scenes.open_floor, Analytic()),
-    Control(scenes.penumbra, Area(samples=64)),
-    Control(scenes.penumbra, ControlVariate(samples=64, stratified=True)),
     Control(scenes.penumbra, None),
+    *(Control(scenes.penumbra, estimator) for estimator in UNBIASED if estimator != RIGHT),
     *(Control(scenes.penumbra, a, b) for k, a in enumerate(UNBIASED) for b in UNBIASED[k:]),
 )
 """Every defect's scene, rightly rendered; ours against ours with other seeds, and every pair of right ones."""

@@ -12,6 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..errors import InputError
 from ..exact.quad import QuadShadows, Tally
 from ..exact.standing import Standing
 from ..needs import Needs, Source
@@ -57,7 +58,17 @@ class Exact:
     def with_routes(
         self, points: ShadingPoints, source: Source, rng: np.random.Generator
     ) -> tuple[Floats, dict[str, int]]:
-        """Radiance (3, n), and how many of the points took which route."""
+        """Radiance (3, n), and how many of the points took which route.
+
+        Raises
+        ------
+        InputError
+            If shadow rays are to start elsewhere: the contour is that of the surface's own points.
+        """
+        if source.blockers.offset is not None and not source.blockers.none:
+            raise InputError(
+                "shadow origin", "mitsuba", f"another estimator than {self.name}, which traces no shadow rays"
+            )
         tally = Tally()
         if isinstance(source.light, QuadLight) and (not source.blockers.none or not self.shortcuts):
             if _too_large(source):
