@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from mitsuba_bridge.race import Race, run_race
+from mitsuba_bridge.race import WAYS, Race, Way, run_race
 from renderer.coverage import render_area
 from renderer.estimators import ESTIMATORS, Estimator
 from renderer.image import Image, prepare, render
@@ -39,12 +39,15 @@ class Plan:
         Tolerance of the truth, for pixels by area.
     longest : float
         Seconds one of Mitsuba's images may take.
+    ways : tuple of Way
+        How Mitsuba is run.
     """
 
     rounds: int = 3
     sizes: tuple[int, ...] = (4, 16, 64, 256, 1024)
     truth: float = 1e-5
     longest: float = 20.0
+    ways: tuple[Way, ...] = WAYS
 
 
 @dataclass
@@ -112,7 +115,9 @@ def measure(
         for number in range(plan.rounds):
             found.ours.append(list(_laps(draw, rule, pools[found.workers], truth, judged)))
             found.mitsuba.append(
-                run_race(view, truth, judged, sizes=plan.sizes, seed=seed + number, longest=plan.longest)
+                run_race(
+                    view, truth, judged, sizes=plan.sizes, seed=seed + number, longest=plan.longest, ways=plan.ways
+                )
             )
             if progress:
                 progress(number + 1, plan.rounds)

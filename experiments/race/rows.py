@@ -41,19 +41,19 @@ def _round(found: Measured, number: int, target: float) -> dict[str, Any]:
     return {"ours": ours, "best": best, "default": default}
 
 
-def row(scene: str, rule: Rule, target: float, estimator: str, views: Sequence[tuple[str, Measured]]) -> dict[str, Any]:
+def row(scene: str, rule: Rule, target: float, estimator: str, views: Sequence[Measured]) -> dict[str, Any]:
     """One row over all views of a scene.
 
     The ratio is the median over views and rounds, its interval from the smallest to the largest of them. It is a
     lower bound where one of the times it rests on is.
     """
-    rounds = [(_round(found, n, target)) for _, found in views for n in range(len(found.ours))]
+    rounds = [(_round(found, n, target)) for found in views for n in range(len(found.ours))]
     known = [entry for entry in rounds if entry["ours"] and entry["best"]]
     ratios = [entry["best"][1].seconds / entry["ours"] for entry in known]
     complete = bool(rounds) and len(known) == len(rounds)
     ways = [entry["best"][0] for entry in known]
     goal = GOALS.get((scene, target)) if rule == "area" else None
-    asked = [(tolerance, error) for _, found in views for laps in found.ours for tolerance, _, error in laps]
+    asked = [(tolerance, error) for found in views for laps in found.ours for tolerance, _, error in laps]
     return {
         "scene": scene,
         "pixel_rule": rule,
@@ -71,7 +71,7 @@ def row(scene: str, rule: Rule, target: float, estimator: str, views: Sequence[t
         "goal": goal,
         "within_goal": None if goal is None or not complete else bool(min(ratios) >= goal),
         "views": len(views),
-        "truth_error": max((found.truth_error for _, found in views), default=None),
+        "truth_error": max((found.truth_error for found in views), default=None),
         "worst_error_over_tolerance": max((error / tol for tol, error in asked if tol), default=None),
         "note": SENTENCE,
         # What is claimed is the error, on every view and at every tolerance; a time is shown.

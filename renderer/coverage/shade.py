@@ -21,8 +21,8 @@ from ..scene import Scene
 from ..vectors import Floats, dot
 from .regions import NOTHING, Regions
 
-CHUNK = 2048
-"""Points in a piece of work."""
+SMALLEST, LARGEST = 1024, 4096
+"""Points in a piece of work: a quarter of all, within these; the number of workers has no say."""
 STRIP = 16
 """Rows of pixels that are sorted as one."""
 
@@ -84,7 +84,8 @@ class Shader:
         self.evaluations += x.size
         order = np.lexsort((x, y // STRIP, region))
         out = np.empty((3, x.size))
-        parts = [order[start : start + CHUNK] for start in range(0, x.size, CHUNK)]
+        size = min(max(-(-x.size // 4), SMALLEST), LARGEST)
+        parts = [order[start : start + size] for start in range(0, x.size, size)]
         if self.executor is None or len(parts) < 2:
             for part in parts:
                 out[:, part] = shade_chunk(self.work, x[part], y[part], region[part])
