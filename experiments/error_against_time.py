@@ -1,26 +1,20 @@
 """Error against run time: our noise-free images and Mitsuba at its best, turn by turn on the same cores.
 
-`python -m experiments.error_against_time [--scenes NAME ...] [--quick] [--seed S] [--out DIR] [--json FILE|-]`.
 Ours is a method for direct light from polygons; Mitsuba is a general renderer. Every page says so.
 """
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterable
-from pathlib import Path
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-import click
-
-from mitsuba_bridge.child import ReferenceUnavailable
+from experiments.race.measure import Measured, Plan, Rule, measure, noise_free
+from experiments.race.rows import SENTENCE, TARGETS, raw, row
+from experiments.race.scenes import NAMES, race_scene
+from experiments.runs.declared import Experiment, Job, Outcome, Settings
+from experiments.runs.figures import canvas
+from experiments.views import views
 from renderer.errors import InputError
-
-from .race.measure import Measured, Plan, Rule, measure, noise_free
-from .race.rows import SENTENCE, TARGETS, raw, row
-from .race.scenes import NAMES, race_scene
-from .results import EXIT, document, write_json
-from .views import views
 
 QUICK = Plan(rounds=1, sizes=(4, 16, 64), truth=1e-4, longest=3.0)
 RULES: tuple[Rule, ...] = ("area", "centre")
@@ -84,84 +78,67 @@ def _without(scene: str, rule: Rule, target: float) -> Row:
     }
 
 
-def figure(name: str, found: list[Measured]) -> Any:
-    """Error against seconds, both sides, all views and rounds."""
-    from matplotlib.figure import Figure
-
-    drawn = Figure(figsize=(8, 5.5), layout="constrained")
+def figure(name: str, views_raw: Sequence[dict[str, Any]]) -> Any:
+    """Error against seconds, both sides, all views and rounds, from the raw laps."""
+    drawn = canvas(8, 5.5)
     axis = drawn.subplots()
     named: set[str] = set()
 
-    def line(label: str, laps: list[tuple[float, float]], **style: Any) -> None:
-        some = sorted(lap for lap in laps if lap[1] > 0)
+    def line(label: str, laps: list[dict[str, Any]], **style: Any) -> None:
+        some = sorted((lap["seconds"], lap["error"]) for lap in laps if lap["error"] > 0)
         if some:
             axis.loglog(*zip(*some, strict=True), label=None if label in named else label, **style)
             named.add(label)
 
-    for one in found:
-        for laps, race in zip(one.ours, one.mitsuba, strict=True):
-            line("ours", [(s, e) for _, s, e in laps], color="#2b6cb0", marker="o", ms=4, lw=1.5, zorder=3)
-            ways = sorted({lap.way for lap in race.laps}, key=lambda way: way.name)
-            for index, way in enumerate(ways):
-                mine = [(lap.seconds, lap.error) for lap in race.laps if lap.way == way]
-                line(f"Mitsuba: {way.name}", mine, color=f"C{index + 1}", marker=".", lw=0.8, alpha=0.7)
+    for one in views_raw:
+        for laps, race in zip(one["ours"], one["mitsuba"], strict=True):
+            line("ours", laps, color="#2b6cb0", marker="o", ms=4, lw=1.5, zorder=3)
+            for index, way in enumerate(sorted({lap["configuration"] for lap in race})):
+                mine = [lap for lap in race if lap["configuration"] == way]
+                line(f"Mitsuba: {way}", mine, color=f"C{index + 1}", marker=".", lw=0.8, alpha=0.7)
     axis.set(xlabel="seconds, both cores, first images apart", ylabel="RMS error over shaded pixels, relative")
-    axis.set_title(f"{name}: {len(found)} cameras. {SENTENCE}", fontsize=9, wrap=True)
+    axis.set_title(f"{name}: {len(views_raw)} cameras. {SENTENCE}", fontsize=9, wrap=True)
     axis.grid(which="major", alpha=0.3)
     axis.legend(fontsize=7)
     return drawn
 
 
-@click.command()
-@click.option("--scenes", multiple=True, type=click.Choice(NAMES), help="Instead of all; may be repeated.")
-@click.option("--quick", is_flag=True, help="Small images, two cameras, one round.")
-@click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True)
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for figures and results.json.")
-@click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output).")
-def main(scenes: tuple[str, ...], quick: bool, seed: int, out: Path | None, target: str | None) -> None:
-    """Race our noise-free images against Mitsuba at its best."""
-    try:
-        rows, measured = run(scenes or NAMES, quick=quick, seed=seed, progress=lambda view: click.echo(view, err=True))
-        content = document(
-            rows, seed=seed, quick=quick, raw={key: [raw(one) for one in v] for key, v in measured.items()}
-        )
-        for place in filter(None, (target, str(out / "results.json") if out else None)):
-            write_json(content, place)
-        if out:
-            for key, found in measured.items():
-                save(figure(key, found), out / f"{key.replace('/', '-')}.png")
-    except InputError as error:
-        click.echo(f"nusselt: {error}", err=True)
-        sys.exit(EXIT["bad input"])
-    except ReferenceUnavailable as problem:
-        click.echo(f"nusselt: {problem}", err=True)
-        sys.exit(EXIT["no reference"])
-    for one in rows:
-        if target != "-":
-            click.echo(_line(one))
-    claims = [one["as_claimed"] for one in rows]
-    sys.exit(EXIT["not as claimed" if False in claims else "undecided" if None in claims else "as claimed"])
+def _race(scene: str, quick: bool, seed: int) -> Outcome:
+    """One scene; the first row of each pixel rule keeps the raw times."""
+    rows, measured = run((scene,), quick=quick, seed=seed)
+    for rule in RULES:
+        if (found := measured.get(f"{scene}/{rule}")) is not None:
+            first = next(one for one in rows if one["pixel_rule"] == rule)
+            first["raw"] = [raw(one) for one in found]
+    return Outcome(rows)
 
 
-def save(drawn: Any, path: Path) -> None:
-    """Write a figure whole, or not at all."""
-    from .files import replacing
+def jobs(settings: Settings) -> list[Job]:
+    """One a scene, each with the machine to itself."""
+    for name in settings.scenes:
+        if name not in NAMES:
+            raise InputError("--scenes", name, "one of " + ", ".join(NAMES))
+    seed = settings.seed_of("race")
+    return [
+        Job(_race, {"scene": name, "quick": settings.quick, "seed": seed}, alone=True)
+        for name in settings.scenes or NAMES
+    ]
 
-    with replacing(path) as beside:
-        drawn.savefig(beside, dpi=140)
+
+def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """One a scene and pixel rule."""
+    rows = [one for outcome in outcomes for one in outcome.rows if "raw" in one]
+    return {
+        f"{one['scene']}-{one['pixel_rule']}": figure(f"{one['scene']}, {one['pixel_rule']}", one["raw"])
+        for one in rows
+    }
 
 
-def _line(one: Row) -> str:
-    told = f"{one['scene']:14} {one['pixel_rule']:7} {one['target']:7g}  "
-    if one["ratio"] is None:
-        return told + str(one["note"])
-    low, high = one["ratio_interval"]
-    bound = " or more" if one["lower_bound_only"] else ""
-    seconds = f"ours {one['ours']['seconds']:.3g} s, Mitsuba {one['mitsuba']['seconds']:.3g} s"
-    return (
-        told + f"{seconds} ({one['mitsuba']['configuration']}), ratio {one['ratio']:.3g}{bound} [{low:.3g}, {high:.3g}]"
-    )
-
+ERROR_AGAINST_TIME = Experiment(
+    "error-against-time", "our noise-free images against Mitsuba at its best, turn by turn", jobs, figures, NAMES
+)
 
 if __name__ == "__main__":
-    main()
+    from experiments.runs.command import script
+
+    script("error-against-time")

@@ -7,6 +7,7 @@ from .calibration import CALIBRATION
 from .closed_form_cost import CLOSED_FORM_COST
 from .convergence import CONVERGENCE
 from .cornell import CORNELL
+from .error_against_time import ERROR_AGAINST_TIME
 from .glossy import GLOSSY
 from .light_units import LIGHT_UNITS
 from .nusselt_analog import NUSSELT_ANALOG
@@ -37,4 +38,5 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     PLANTED_DEFECTS,
     OFFSET,
     VARIANCE_TABLE,
+    ERROR_AGAINST_TIME,
 )
