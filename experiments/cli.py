@@ -239,7 +239,7 @@ def list_command() -> None:
     from renderer.estimators import ESTIMATORS
 
     click.echo("scenes")
-    for name in catalogue.CLASSIC:
+    for name in (*catalogue.CLASSIC, *catalogue.GENERATED):
         click.echo(f"  {name:18} {catalogue.summary(name)}")
     click.echo("estimators")
     for kind in ESTIMATORS:

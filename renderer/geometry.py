@@ -17,9 +17,9 @@ from .vectors import Floats, cross
 Ints = NDArray[np.integer[Any]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Geometry:
-    """Surfaces of a scene.
+    """Surfaces of a scene; equal only to itself, so that what is derived from it can be kept beside it.
 
     Parameters
     ----------
