@@ -12,6 +12,7 @@ An ellipsoid is convex: the one p lies on never blocks a direction above p's hor
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,17 +75,16 @@ class Blockers:
         return self.triangles if self.hierarchy is None else self.triangles[: -self.hierarchy.triangles.size]
 
     def gathered(self) -> Blockers:
-        """With a hierarchy, if there are many triangles; a few far larger ones are left out of it."""
-        g, k = self.geometry, self.triangles
-        if k.size <= FEW:
+        """With the scene's hierarchy, if there are many triangles in it that may matter."""
+        hierarchy = small_triangles(self.geometry)
+        if hierarchy is None or self.triangles.size <= FEW:
             return self
-        a, b, c = (take(v, k) for v in (g.a, g.b, g.c))
-        size = np.maximum(largest(b - a), largest(c - a))
-        big = size > 16 * np.median(size)
-        if big.sum() > LOOSE:
-            big[:] = False
-        hierarchy = Hierarchy.over(g, k[~big])
-        return replace(self, triangles=np.concatenate((k[big], hierarchy.triangles)), hierarchy=hierarchy)
+        small = np.zeros(self.geometry.triangles, dtype=bool)
+        small[hierarchy.triangles] = True
+        loose = self.triangles[~small[self.triangles]]
+        if loose.size == self.triangles.size:
+            return self
+        return replace(self, triangles=np.concatenate((loose, hierarchy.triangles)), hierarchy=hierarchy)
 
     def between(self, points: Floats, lights: Floats, at_infinity: bool) -> Blockers:
         """Without the triangles whose plane has all points and all light points on one side.
@@ -148,7 +148,7 @@ class Blockers:
         if self.hierarchy is not None:
             open_ = np.flatnonzero(~hidden)
             p, ray = np.repeat(points, d.shape[2], axis=1)[:, open_], d.reshape(3, -1)[:, open_]
-            hidden.ravel()[open_] = self._hierarchy_hides(p, ray, at_infinity)
+            hidden.ravel()[open_] = self.hierarchy_hides(p, ray, at_infinity)
         for index in self.ellipsoids:
             hidden |= self._ellipsoid_hides(index, points, own_ellipsoid, d, at_infinity)
         return ~hidden
@@ -178,7 +178,7 @@ class Blockers:
             hides &= dot((edge * side)[..., None], d) >= -slack[..., None] * size
         return np.asarray(hides.any(axis=1))
 
-    def _hierarchy_hides(self, p: Floats, d: Floats, at_infinity: bool) -> Bools:
+    def hierarchy_hides(self, p: Floats, d: Floats, at_infinity: bool) -> Bools:
         """The same for segments (3, n), each of its own point, and the triangles of the hierarchy."""
         hierarchy = self.hierarchy
         if hierarchy is None:
@@ -205,6 +205,18 @@ class Blockers:
             enters &= -b - reach < length2
             leaves &= -b + reach < length2
         return (enters | leaves) & (own != index)[:, None]
+
+
+@lru_cache(maxsize=4)
+def small_triangles(g: Geometry) -> Hierarchy | None:
+    """The hierarchy of a scene's many triangles: no lights, nor the few that are far larger than the others."""
+    mine = np.flatnonzero(g.light[g.triangle_surface] < 0)
+    if mine.size <= FEW:
+        return None
+    a, b, c = (take(v, mine) for v in (g.a, g.b, g.c))
+    size = np.maximum(largest(b - a), largest(c - a))
+    big = size > 16 * np.median(size)
+    return Hierarchy.over(g, mine[~big] if big.sum() <= LOOSE else mine)
 
 
 def crosses(g: Geometry, k: Ints, p: Floats, d: Floats, at_infinity: bool) -> Bools:
