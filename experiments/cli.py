@@ -125,31 +125,39 @@ def check(scenes: tuple[str, ...], classic: bool, **options: Any) -> None:
 @click.argument("scene")
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="IMAGE.png, .exr or .npy")
 @_sampling
-def render(scene: str, output: Path, **options: Any) -> None:
+@click.option("--error", type=float, help="Sample until the relative RMS error is at most this; see common-points.")
+def render(scene: str, output: Path, error: float | None, **options: Any) -> None:
     """Our image of SCENE alone; needs no Mitsuba.
 
     \b
     nusselt render cornell --samples 25 --stratify -o cornell.png
+    nusselt render mesh --error 1e-3 -o mesh.png
     """
     from renderer.image import render as render_image
 
     from .check import chosen_estimator
     from .files import check_image_name, write_image
+    from .until import render_until
     from .workers import worker_pool
 
     check_image_name(output)
     read = catalogue.load(scene, options["lenient"]).with_(two_sided=options["two_sided"])
-    estimator = chosen_estimator(read, options["estimator"], options["samples"], options["stratified"])
+    name = options["estimator"] or (None if error is None else "common-points")
+    estimator = chosen_estimator(read, name, options["samples"], options["stratified"])
     for warning in read.warnings:
         click.echo(f"warning: {warning}", err=True)
     with worker_pool() as pool, progress_bar(read.name) as report:
-        image = render_image(
-            read,
-            estimator,
-            seed=options["seed"],
-            executor=pool,
-            progress=lambda done, total: report("tiles", done, total),
-        )
+
+        def told(done: int, total: int) -> None:
+            report("tiles", done, total)
+
+        if error is None:
+            image = render_image(read, estimator, seed=options["seed"], executor=pool, progress=told)
+        else:
+            reached = render_until(read, estimator, error, seed=options["seed"], executor=pool, progress=told)
+            image = reached.image
+            said = f"relative RMS error {reached.error:.2g}, from 8 independent passes of {reached.samples} samples"
+            click.echo(said if reached.error else "no sampling error", err=True)
     if image.back_faces:
         click.echo(f"warning: {image.back_faces} pixels show the black back of a one-sided surface", err=True)
     write_image(output, image.mean)

@@ -89,7 +89,7 @@ def judge(ours: Image, reference: Reference, *, passes: int, margin: float, leve
     finite: Bools = np.asarray(np.isfinite(ours.mean).all(axis=0))
     judged = _shaded(ours, reference) & finite & ~ours.unjudged
     difference = (ours.mean - reference.mean).mean(axis=0)
-    noise = ours.pixel_variance / passes
+    noise = ours.pixel_variance * ours.clumping / passes
     mean = float(np.abs(reference.mean).mean(axis=0)[judged].mean()) if judged.any() else 0.0
     scale = mean if mean > 0 else 1.0  # a black reference: relative to one
     failures = _exact_failures(ours, reference, finite)

@@ -8,18 +8,29 @@ from __future__ import annotations
 
 from .analytic import Analytic
 from .area import Area
+from .common_points import CommonPoints, CommonPointsFixed
 from .control_variate import ControlVariate
 from .protocol import Claim, Estimator
 from .visibility_analytic import VisibilityAnalytic
 from .visibility_centre import VisibilityCentre
 
-ESTIMATORS: tuple[type[Estimator], ...] = (Analytic, Area, VisibilityCentre, VisibilityAnalytic, ControlVariate)
+ESTIMATORS: tuple[type[Estimator], ...] = (
+    Analytic,
+    Area,
+    VisibilityCentre,
+    VisibilityAnalytic,
+    ControlVariate,
+    CommonPoints,
+    CommonPointsFixed,
+)
 
 __all__ = [
     "ESTIMATORS",
     "Analytic",
     "Area",
     "Claim",
+    "CommonPoints",
+    "CommonPointsFixed",
     "ControlVariate",
     "Estimator",
     "VisibilityAnalytic",
