@@ -57,7 +57,7 @@ class Hierarchy:
         least, most = low.min(axis=1, keepdims=True), high.max(axis=1, keepdims=True)
         centre, half = (least + most) / 2, (most - least) / 2
         half = np.maximum(half * (1 + 1e-9), 1e-12 * (half.max() + np.abs(centre).max()))  # flat piles have a box too
-        order = np.argsort(_morton(((low + high) / 2 - centre) / half), kind="stable")
+        order = np.argsort(morton(((low + high) / 2 - centre) / half), kind="stable")
         low, high = (low[:, order] - centre) / half, (high[:, order] - centre) / half
         boxes = np.vstack((low - PAD, high + PAD)).astype(np.float32)
         levels = [boxes]
@@ -84,6 +84,20 @@ class Hierarchy:
                 ray, box = self._walk(o, inverse)
                 self._test(inside + start, ray, box, hits, blocked)
         return blocked
+
+    def count_hits(
+        self, p: Floats, d: Floats, at_infinity: bool, hits: Callable[[Ints, Ints], NDArray[np.bool_]]
+    ) -> Ints:
+        """How many triangles block each; see `any_hit`."""
+        count = np.zeros(p.shape[1], dtype=np.int64)
+        for begin in range(0, p.shape[1], RAYS):
+            some = slice(begin, begin + RAYS)
+            inside, o, inverse = self._enter(p[:, some], d[:, some], at_infinity)
+            if inside.size:
+                ray, box = self._walk(o, inverse)
+                who = take(inside + begin, ray)
+                count += np.bincount(who[hits(who, take(self.triangles, box))], minlength=count.size)
+        return count
 
     def _enter(self, p: Floats, d: Floats, at_infinity: bool) -> tuple[Ints, Single, Single]:
         """Rays that meet the root box; where they do (3, m), and one over what is left of them, in its frame."""
@@ -164,7 +178,7 @@ def _filled(boxes: Single) -> Single:
     return np.ascontiguousarray(np.concatenate((boxes, spare), axis=1))
 
 
-def _morton(v: Floats) -> Ints:
+def morton(v: Floats) -> Ints:
     """Interleaved bits of points in [-1, 1]^3, 21 of each component."""
     code = np.zeros(v.shape[1], dtype=np.uint64)
     cell = np.clip((v + 1) * (1 << 20), 0, (1 << 21) - 1).astype(np.uint64)

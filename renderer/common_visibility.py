@@ -94,6 +94,19 @@ class CommonVisibility:
             hidden[unsure] = self.blockers.hierarchy_hides(p, way, at_infinity)
         return hidden
 
+    def layers(self, points: Floats, d: Floats, eye: Floats) -> Ints:
+        """How many layers of the closed surface lie between points outside it (3, n) and the light point."""
+        found: Ints = np.zeros(points.shape[1], dtype=np.int64)
+        edges = silhouette(self.outline, eye, False) if self.outline is not None else None
+        if edges is not None and self.outline is not None:
+            x, y, depth = project(self.outline, points, eye, False)
+            found = winding(edges, np.where(depth > 0, x, np.inf), y)
+        k = np.flatnonzero(found)
+        unsure = k[~self._beyond(take(points, k), take(d, k))]
+        # Into a closed surface and out of it again: two crossings a layer.
+        found[unsure] = self.blockers.crossings(take(points, unsure), take(d, unsure), False) // 2
+        return found
+
     def _beyond(self, p: Floats, d: Floats) -> Bools:
         """Whether the hierarchy's box lies wholly ahead on the way."""
         tree = self.blockers.hierarchy

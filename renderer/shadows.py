@@ -11,6 +11,7 @@ An ellipsoid is convex: the one p lies on never blocks a direction above p's hor
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -184,10 +185,19 @@ class Blockers:
         if hierarchy is None:
             return np.zeros(p.shape[1], dtype=bool)
 
+        return hierarchy.any_hit(p, d, at_infinity, self._pair_test(p, d, at_infinity))
+
+    def crossings(self, p: Floats, d: Floats, at_infinity: bool) -> Ints:
+        """How many triangles of the hierarchy each segment crosses."""
+        if self.hierarchy is None:
+            return np.zeros(p.shape[1], dtype=np.int64)
+        return self.hierarchy.count_hits(p, d, at_infinity, self._pair_test(p, d, at_infinity))
+
+    def _pair_test(self, p: Floats, d: Floats, at_infinity: bool) -> Callable[[Ints, Ints], Bools]:
         def hits(ray: Ints, triangle: Ints) -> Bools:
             return crosses(self.geometry, triangle, take(p, ray), take(d, ray), at_infinity)
 
-        return hierarchy.any_hit(p, d, at_infinity, hits)
+        return hits
 
     def _ellipsoid_hides(self, index: int, p: Floats, own: Ints, d: Floats, at_infinity: bool) -> Bools:
         g = self.geometry
