@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..bvh import morton
 from ..common_visibility import CommonVisibility
@@ -11,7 +10,7 @@ from ..geometry import Ints
 from ..needs import Source
 from ..scene import QuadLight
 from ..vectors import Floats, column, dot
-from .contour import layers, pieces
+from .contour import Rim, layers, pieces
 from .light_frame import Candidates, LightFrame
 from .overlap import extra_layers
 
@@ -22,7 +21,7 @@ PAIRS = 1 << 19
 """Edge-point pairs looked at at once."""
 
 
-def hidden_irradiance(source: Source, x: Floats, n: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+def hidden_irradiance(source: Source, x: Floats, n: Floats) -> Floats:
     """What the surface in the source's hierarchy keeps from points, for unit radiance.
 
     Parameters
@@ -30,14 +29,12 @@ def hidden_irradiance(source: Source, x: Floats, n: Floats) -> tuple[Floats, NDA
     source : Source
         A quad light, and blockers whose hierarchy is a closed surface wholly on the light's shining side.
     x, n : (3, m) float64
-        Points, and unit normals.
+        Points, outside the surface or on it, and unit normals.
 
     Returns
     -------
-    hidden : (m,) float64
-        Irradiance, relative to radiance 1; 0 where not known.
-    known : (m,) bool
-        Points before the light that have all of it above their horizon.
+    (m,) float64
+        Irradiance, relative to radiance 1.
 
     Raises
     ------
@@ -47,29 +44,33 @@ def hidden_irradiance(source: Source, x: Floats, n: Floats) -> tuple[Floats, NDA
     view = CommonVisibility.of(source)
     if view.outline is None or not isinstance(source.light, QuadLight):
         raise ValueError("a quad light and a closed surface before it are needed")
-    frame = LightFrame.of(source.light)
-    everything = Candidates.of(view.outline, frame)
-    if min(everything.local_start[2].min(), everything.local_end[2].min()) <= 0:
-        raise ValueError("the surface reaches behind the light")
-    local = frame.point(x)
-    above = dot(n[:, :, None], frame.rim[:, None, :] - x[:, :, None]).min(axis=1) > 0
-    known = above & (local[2] > 0)
     out = np.zeros(x.shape[1])
-    k = np.flatnonzero(known)
-    if k.size == 0:
-        return out, known
-    low, high = x[:, k].min(axis=1, keepdims=True), x[:, k].max(axis=1, keepdims=True)
+    own = LightFrame.of(source.light)
+    height = dot(n[:, None, :], own.rim[:, :, None] - x[:, None, :])
+    highest = np.where((height.max(axis=0) > 0) & (own.point(x)[2] > 0), height.argmax(axis=0), -1)
+    for corner in np.unique(highest[highest >= 0]).tolist():
+        # The rim is walked from the corner that is highest over the point's horizon.
+        k = np.flatnonzero(highest == corner)
+        out[k] = _from_corner(view, LightFrame.turned(source.light, corner), x[:, k], n[:, k])
+    return out
+
+
+def _from_corner(view: CommonVisibility, frame: LightFrame, x: Floats, n: Floats) -> Floats:
+    """For points whose horizon is below the frame's first corner."""
+    if view.outline is None:
+        return np.zeros(x.shape[1])
+    everything = Candidates.of(view.outline, frame)
+    if everything.count and min(everything.local_start[2].min(), everything.local_end[2].min()) <= 0:
+        raise ValueError("the surface reaches behind the light")
+    low, high = x.min(axis=1, keepdims=True), x.max(axis=1, keepdims=True)
     span = np.where(high > low, high - low, 1.0)
-    k = k[np.argsort(morton(2 * (x[:, k] - low) / span - 1), kind="stable")]
-    start = first_corner_layers(view, x[:, k], frame)
-    _blocks(everything, x[:, k], n[:, k], local[:, k], start, frame, LEVELS, k, out)
-    return out, known
-
-
-def first_corner_layers(view: CommonVisibility, x: Floats, frame: LightFrame) -> Ints:
-    """How many layers lie between points and the light's first corner, (m,)."""
+    order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
+    x, n = x[:, order], n[:, order]
     eye = column(frame.light.corner)
-    return view.layers(x, eye - x, eye)
+    start = view.layers(x, eye - x, eye)
+    out = np.zeros(x.shape[1])
+    _blocks(everything, x, n, frame.point(x), start, frame, LEVELS, order, out)
+    return out
 
 
 def _blocks(
@@ -94,7 +95,7 @@ def _blocks(
         step = max(1, PAIRS // max(near.count, 1))
         for begin in range(first, min(first + size, x.shape[1]), step):
             t = slice(begin, min(begin + step, first + size))
-            cut = pieces(near, x[:, t], local[:, t], frame)
-            value, at, jump = layers(cut, x[:, t], n[:, t], start[t], frame)
-            out[names[t]] = value - extra_layers(cut, x[:, t], n[:, t], start[t], at, jump, frame)
-
+            cut = pieces(near, x[:, t], n[:, t], local[:, t], frame)
+            rim = Rim.of(x[:, t], n[:, t], frame)
+            value, at, jump = layers(cut, rim, n[:, t], start[t])
+            out[names[t]] = value - extra_layers(cut, rim, x[:, t], n[:, t], start[t], at, jump, frame)

@@ -36,6 +36,14 @@ class LightFrame:
         rows = np.linalg.inv(np.hstack((ab, ac, unit(-cross(ab, ac)))))
         return cls(light, rows, np.hstack((p, p + ac, p + ab + ac, p + ab)))
 
+    @classmethod
+    def turned(cls, light: QuadLight, corner: int) -> LightFrame:
+        """The frame whose origin is the ``corner`` (0 to 3) of the light's own rim."""
+        rim = cls.of(light).rim
+        at, after, before = (rim[:, (corner + k) % 4] for k in (0, 1, 3))
+        ab, ac = (tuple((v - at).tolist()) for v in (before, after))
+        return cls.of(QuadLight(tuple(at.tolist()), ab, ac, light.radiance))
+
     def point(self, x: Floats) -> Floats:
         """Coordinates of points (3, n)."""
         return transform(self.rows, x - self.rim[:, :1])
