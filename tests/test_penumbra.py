@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders import geometry, lamp
+from builders import floor, geometry, lamp, scene
 from test_many_triangles import made
 
 from experiments.meshes import displaced_sphere, many_small, torus_knot
 from renderer.closed_forms.irradiance import irradiance
+from renderer.estimators import CommonPointsFixed, Contour
 from renderer.estimators.common_points import hidden, lattice
+from renderer.image import prepare, render
 from renderer.needs import Source
 from renderer.penumbra import hidden_irradiance
 from renderer.penumbra.light_frame import LightFrame
@@ -18,8 +20,6 @@ from renderer.scene import Material, Mesh, QuadLight
 from renderer.shading import ShadingPoints
 from renderer.shadows import Blockers
 from renderer.vectors import column, unit
-
-WHITE = Material((1.0, 1.0, 1.0))
 
 
 def source_of(light: QuadLight, *meshes: Mesh) -> Source:
@@ -153,6 +153,33 @@ def test_contours_and_light_points_tell_the_same_of_floors_and_of_the_mesh_itsel
     assert scale > 0.01
     assert fine < 0.25 * coarse
     assert abs(mean) < 2e-3 * scale
+
+
+def test_finer_strips_agree_where_edges_cross():
+    """The one error left, of edges that cross inside a strip, falls with the strips."""
+    source = source_of(LAMP, made(torus_knot, 1200, 0.45, (0, 1.1, 0)))
+    rng = np.random.default_rng(3)
+    x = np.stack((rng.uniform(-0.6, 0.6, 60), np.zeros(60), rng.uniform(-0.6, 0.6, 60)))
+    n = np.tile(column((0, 1, 0)), (1, 60))
+    rough, fine, finest = (hidden_irradiance(source, x, n, detail) for detail in (1, 6, 24))
+    scale = np.sqrt((finest**2).mean())
+    off = [float(np.sqrt(((value - finest) ** 2).mean())) for value in (rough, fine)]
+    assert off[0] < 1e-4 * scale
+    assert off[1] < 0.2 * off[0]
+
+
+def test_a_mesh_over_a_floor_is_rendered_without_noise_and_as_light_points_find_it():
+    s = scene(made(torus_knot, 800, 0.7, (0, 1, 0)), floor(), lights=(lamp(2.5),), size=(20, 15))
+    _, needs = prepare(s)
+    assert not Contour().is_random(needs)
+    image = render(s, Contour(), passes=2)
+    assert not image.variance.any()
+    sampled = render(s, CommonPointsFixed(samples=377))
+    size = np.sqrt((image.mean**2).mean())
+    assert np.abs(image.mean - sampled.mean).max() < 0.05 * size
+    assert np.sqrt(((image.mean - sampled.mean) ** 2).mean()) < 4e-3 * size
+    glossy = s.with_(meshes=tuple(Mesh(m.vertices, m.triangles, Material((0.5,) * 3, (0.2,) * 3, 9)) for m in s.meshes))
+    assert Contour().is_random(prepare(glossy)[1])
 
 
 def test_what_it_cannot_do_is_refused():

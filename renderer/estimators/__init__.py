@@ -9,6 +9,7 @@ from __future__ import annotations
 from .analytic import Analytic
 from .area import Area
 from .common_points import CommonPoints, CommonPointsFixed
+from .contour import Contour
 from .control_variate import ControlVariate
 from .protocol import Claim, Estimator
 from .visibility_analytic import VisibilityAnalytic
@@ -22,6 +23,7 @@ ESTIMATORS: tuple[type[Estimator], ...] = (
     ControlVariate,
     CommonPoints,
     CommonPointsFixed,
+    Contour,
 )
 
 __all__ = [
@@ -31,6 +33,7 @@ __all__ = [
     "Claim",
     "CommonPoints",
     "CommonPointsFixed",
+    "Contour",
     "ControlVariate",
     "Estimator",
     "VisibilityAnalytic",

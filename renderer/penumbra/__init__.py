@@ -5,12 +5,12 @@ light point and f the integrand of the irradiance, int f w over the light is a s
 the silhouette edges inside the light, and along the light's rim as often as w says. Where layers overlap
 (w > 1), int f (w - 1) is taken back in strips of the light between consecutive ends of edges.
 
-The first part is exact to rounding. The second is too, but for edges that cross inside a strip and the two
-Gauss lines by which a strip is integrated: see `overlap`.
+The first part is exact to rounding. So is the second, but for edges that cross inside a strip and the lines by
+which a strip is integrated: see `overlap`.
 """
 
 from __future__ import annotations
 
-from .hidden import hidden_irradiance
+from .hidden import hidden_irradiance, shines_clear
 
-__all__ = ["hidden_irradiance"]
+__all__ = ["hidden_irradiance", "shines_clear"]

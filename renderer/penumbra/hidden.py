@@ -21,7 +21,18 @@ PAIRS = 1 << 19
 """Edge-point pairs looked at at once."""
 
 
-def hidden_irradiance(source: Source, x: Floats, n: Floats) -> Floats:
+def shines_clear(source: Source) -> bool:
+    """Whether there is nothing in a quad light's way, or a closed surface wholly on its shining side."""
+    if source.blockers.hierarchy is None:
+        return True
+    outline = CommonVisibility.of(source).outline
+    if outline is None or not isinstance(source.light, QuadLight):
+        return False
+    frame = LightFrame.of(source.light)
+    return bool(min(frame.point(ends)[2].min(initial=1) for ends in (outline.start, outline.end)) > 0)
+
+
+def hidden_irradiance(source: Source, x: Floats, n: Floats, detail: int = 1) -> Floats:
     """What the surface in the source's hierarchy keeps from points, for unit radiance.
 
     Parameters
@@ -30,6 +41,8 @@ def hidden_irradiance(source: Source, x: Floats, n: Floats) -> Floats:
         A quad light, and blockers whose hierarchy is a closed surface wholly on the light's shining side.
     x, n : (3, m) float64
         Points, outside the surface or on it, and unit normals.
+    detail : int
+        How much finer the strips are where layers overlap.
 
     Returns
     -------
@@ -44,6 +57,8 @@ def hidden_irradiance(source: Source, x: Floats, n: Floats) -> Floats:
     view = CommonVisibility.of(source)
     if view.outline is None or not isinstance(source.light, QuadLight):
         raise ValueError("a quad light and a closed surface before it are needed")
+    if not shines_clear(source):
+        raise ValueError("the surface reaches behind the light")
     out = np.zeros(x.shape[1])
     own = LightFrame.of(source.light)
     height = dot(n[:, None, :], own.rim[:, :, None] - x[:, None, :])
@@ -51,17 +66,15 @@ def hidden_irradiance(source: Source, x: Floats, n: Floats) -> Floats:
     for corner in np.unique(highest[highest >= 0]).tolist():
         # The rim is walked from the corner that is highest over the point's horizon.
         k = np.flatnonzero(highest == corner)
-        out[k] = _from_corner(view, LightFrame.turned(source.light, corner), x[:, k], n[:, k])
+        out[k] = _from_corner(view, LightFrame.turned(source.light, corner), x[:, k], n[:, k], detail)
     return out
 
 
-def _from_corner(view: CommonVisibility, frame: LightFrame, x: Floats, n: Floats) -> Floats:
+def _from_corner(view: CommonVisibility, frame: LightFrame, x: Floats, n: Floats, detail: int) -> Floats:
     """For points whose horizon is below the frame's first corner."""
     if view.outline is None:
         return np.zeros(x.shape[1])
     everything = Candidates.of(view.outline, frame)
-    if everything.count and min(everything.local_start[2].min(), everything.local_end[2].min()) <= 0:
-        raise ValueError("the surface reaches behind the light")
     low, high = x.min(axis=1, keepdims=True), x.max(axis=1, keepdims=True)
     span = np.where(high > low, high - low, 1.0)
     order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
@@ -69,7 +82,7 @@ def _from_corner(view: CommonVisibility, frame: LightFrame, x: Floats, n: Floats
     eye = column(frame.light.corner)
     start = view.layers(x, eye - x, eye)
     out = np.zeros(x.shape[1])
-    _blocks(everything, x, n, frame.point(x), start, frame, LEVELS, order, out)
+    _blocks(everything, x, n, frame.point(x), start, frame, LEVELS, detail, order, out)
     return out
 
 
@@ -81,6 +94,7 @@ def _blocks(
     start: Ints,
     frame: LightFrame,
     levels: tuple[int, ...],
+    detail: int,
     names: Ints,
     out: Floats,
 ) -> None:
@@ -90,7 +104,7 @@ def _blocks(
         s = slice(first, first + size)
         near = edges.near(x[:, s], local[:, s])
         if len(levels) > 1 and near.count:
-            _blocks(near, x[:, s], n[:, s], local[:, s], start[s], frame, levels[1:], names[s], out)
+            _blocks(near, x[:, s], n[:, s], local[:, s], start[s], frame, levels[1:], detail, names[s], out)
             continue
         step = max(1, PAIRS // max(near.count, 1))
         for begin in range(first, min(first + size, x.shape[1]), step):
@@ -98,4 +112,5 @@ def _blocks(
             cut = pieces(near, x[:, t], n[:, t], local[:, t], frame)
             rim = Rim.of(x[:, t], n[:, t], frame)
             value, at, jump = layers(cut, rim, n[:, t], start[t])
-            out[names[t]] = value - extra_layers(cut, rim, x[:, t], n[:, t], start[t], at, jump, frame)
+            extra = extra_layers(cut, rim, x[:, t], n[:, t], start[t], at, jump, frame, detail)
+            out[names[t]] = value - extra

@@ -60,7 +60,15 @@ def _span(x: Floats, n: Floats, frame: LightFrame, q: Floats) -> tuple[Floats, F
 
 
 def extra_layers(
-    cut: Pieces, rim: Rim, x: Floats, n: Floats, start: Ints, at: Floats, jump: Ints, frame: LightFrame
+    cut: Pieces,
+    rim: Rim,
+    x: Floats,
+    n: Floats,
+    start: Ints,
+    at: Floats,
+    jump: Ints,
+    frame: LightFrame,
+    detail: int,
 ) -> Floats:
     """int f (w - 1)+ over the light, (n,): see `contour.layers` for ``start``, ``at`` and ``jump``."""
     count = x.shape[1]
@@ -82,7 +90,7 @@ def extra_layers(
     if good.size == 0:
         return np.zeros(count)
     # One line through a thin strip, where f is straight enough; two through each part of a thick one.
-    parts = np.where(height[good] > THICK, np.ceil(height[good] / PART), 0).astype(np.int64)
+    parts = np.where(height[good] > THICK / detail, np.ceil(height[good] * detail / PART), 0).astype(np.int64)
     lines = np.maximum(2 * parts, 1)
     number = np.concatenate(([0], np.cumsum(np.bincount(good, lines, minlength=strip.size).astype(np.int64))))
     which, nth = expand(lines)
