@@ -12,19 +12,23 @@ import zlib
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from mitsuba_bridge.reference import GlossyNeedsLLVM, Reference, ReferenceUnavailable, render_reference
+from mitsuba_bridge.ray_offset import mitsuba_offset
+from mitsuba_bridge.reference import Reference, ReferenceUnavailable, render_reference
 from mitsuba_bridge.tolerance import ray_tolerance
-from renderer.estimators import Claim, Estimator, estimator_named
+from renderer.coverage import AreaImage, render_area
+from renderer.estimators import Estimator, estimator_named
 from renderer.image import Image, prepare, render
-from renderer.needs import LeftOut, Needs
 from renderer.scene import Scene
 
+from .bring.estimator import estimator_at, is_path
+from .check_rows import head_of, row_of, row_without
+from .prior import prior_of
 from .statistics import Level
-from .verdict import Verdict, judge, pixel_counts
+from .verdict import Verdict, judge
 
 ROOM = 8.0
 """The standard error of the difference is brought to the margin over this: 4.8 of them to the end of the
@@ -43,7 +47,30 @@ def chosen_estimator(scene: Scene, name: str | None, samples: int | None, strati
     """What the user asks for, and for the rest what the scene does."""
     name = name or {"analyticdirect": "analytic", "direct": "area"}[scene.integrator]
     strata = scene.stratify if stratified is None else stratified
-    return estimator_named(name, samples or scene.light_samples, strata)
+    named = estimator_at if is_path(name) else estimator_named
+    return named(name, samples or scene.light_samples, strata)
+
+
+PixelRule = Literal["centre", "area"]
+BOX_RAYS = 16
+"""Rays over a pixel's box for an estimator with noise, where the scene names no number."""
+
+
+def with_pixel_rule(scene: Scene, rule: PixelRule | None) -> Scene:
+    """The scene with pixels by their centres or by their areas, on both renderers; None: as it says itself."""
+    if rule is None:
+        return scene
+    return scene.with_(spp=1 if rule == "centre" else scene.spp if scene.spp > 1 else BOX_RAYS)
+
+
+def draw_area(
+    scene: Scene, estimator: Estimator, rule: PixelRule | None, tolerance: float, executor: Executor | None
+) -> AreaImage | None:
+    """Pixels by area without sampling, if that is asked for and the estimator has no noise in this scene."""
+    _, needs = prepare(scene)
+    if rule != "area" or estimator.is_random(needs):
+        return None
+    return render_area(scene, estimator, tolerance=tolerance, executor=executor)
 
 
 @dataclass(frozen=True)
@@ -64,6 +91,12 @@ class Question:
     level : Level
     timeout : float
         Seconds the reference may take.
+    shadow_origin : str
+        ``surface``, or ``mitsuba`` for its rule.
+    pixel_rule : {"centre", "area"} or None
+        None: the scene's.
+    tolerance : float or None
+        Relative RMS error of pixels by area from an estimator without noise; None: the margin over 8.
     """
 
     estimator: str | None = None
@@ -73,6 +106,9 @@ class Question:
     seed: int = 0
     level: Level = field(default_factory=Level)
     timeout: float = 600.0
+    shadow_origin: str = "surface"
+    pixel_rule: PixelRule | None = None
+    tolerance: float | None = None
 
     def of(self, scene: Scene) -> Estimator:
         """The estimator to use on a scene."""
@@ -140,6 +176,11 @@ def our_image(
     _, needs = prepare(scene)
     pilot_seed, seed, _ = seeds(question.seed, scene.name, estimator.name)
     started = time.perf_counter()
+    offset = mitsuba_offset(scene) if question.shadow_origin == "mitsuba" else None
+    tolerance = question.tolerance or question.margin / ROOM
+    area = draw_area(scene, estimator, question.pixel_rule, tolerance, executor)
+    if area is not None:
+        return area.image, 1, {"pilot": 0.0, "ours": time.perf_counter() - started}
     passes = 1
     if scene.spp > 1 or estimator.is_random(needs):
         common = getattr(estimator, "common", False)
@@ -153,6 +194,7 @@ def our_image(
         passes=passes,
         executor=executor,
         tolerance=ray_tolerance(scene),
+        offset=offset,
         progress=None if progress is None else lambda done, total: progress("ours", done, total),
     )
     return image, passes, {"pilot": piloted - started, "ours": time.perf_counter() - piloted}
@@ -169,16 +211,9 @@ def _passes(pilot: Image, target: float) -> int:
     return min(max(fewest, math.ceil((one / target) ** 2)), MAX_PASSES)
 
 
-def as_claimed(claim: Claim, verdict: str, non_finite: int) -> bool | None:
-    """Whether a verdict fits what the estimator says of itself; None where it is undecided.
-
-    An estimator that admits a bias may show it. None may give a pixel that is not finite.
-    """
-    if non_finite:
-        return False
-    if claim == "biased":
-        return True
-    return {"agrees": True, "differs": False, "undecided": None}[verdict]
+def reference_target(question: Question, passes: int) -> float:
+    """Its relative standard error: two noisy sides share the room, a single one has it to itself."""
+    return question.margin / ROOM / (math.sqrt(2) if passes > 1 else 1)
 
 
 def check(
@@ -198,109 +233,16 @@ def check(
         The command that makes this row again.
     """
     estimator = question.of(scene)
-    _, needs = prepare(scene)
     ours, passes, seconds = our_image(scene, estimator, question, executor, progress)
-    head = {
-        "scene": scene.name,
-        "estimator": estimator.name,
-        "claim": estimator.claim(needs),
-        "samples": estimator.samples,
-        "stratified": estimator.stratified,
-        "passes": passes,
-        "margin": question.margin,
-        "seed": question.seed,
-        "command": command,
-        "left_out": [vars(entry) for entry in _left_out(ours, needs, estimator, scene)],
-        "warnings": _warnings(scene, ours),
-    }
+    head = head_of(scene, estimator, ours, passes, question.margin, question.seed, command)
     started = time.perf_counter()
     try:
-        # Two noisy sides share the room; a single one has it to itself.
-        target = question.margin / ROOM / (math.sqrt(2) if passes > 1 else 1)
-        reference = references.get(scene, question, target, progress)
+        reference = references.get(scene, question, reference_target(question, passes), progress)
     except ReferenceUnavailable as problem:
-        renderer = "mitsuba" if isinstance(problem, GlossyNeedsLLVM) else None
-        return Answer(_row_without(head, ours, str(problem), renderer, seconds), ours, None, None)
+        return Answer(row_without(head, ours, problem, seconds), ours, None, None)
     seconds = seconds | {"reference": time.perf_counter() - started, "mitsuba": reference.seconds}
-    verdict = judge(ours, reference, passes=passes, margin=question.margin, level=question.level)
-    return Answer(_row(head, verdict, reference, seconds), ours, reference, verdict)
-
-
-def _left_out(ours: Image, needs: Needs, estimator: Estimator, scene: Scene) -> list[LeftOut]:
-    found = list(ours.left_out)
-    if scene.spp == 1 and not estimator.is_random(needs):
-        found.append(LeftOut("further passes of ours", "nothing in this image is random"))
-    if not scene.is_glossy:
-        found.append(LeftOut("the Phong plugin in Mitsuba", "no surface has a specular albedo"))
-    return found
-
-
-def _warnings(scene: Scene, ours: Image) -> list[str]:
-    found = list(scene.warnings)
-    if ours.back_faces:
-        found.append(f"{ours.back_faces} pixels show the back of a one-sided surface, which is black")
-    return found
-
-
-def _row_without(
-    head: dict[str, Any], ours: Image, problem: str, renderer: str | None, seconds: dict[str, Any]
-) -> dict[str, Any]:
-    """The row of a scene that could not be compared: nothing measured is never passed."""
-    nothing = dict.fromkeys(
-        (
-            *("bias", "bias_relative", "bias_interval", "minimum_detectable_bias", "rms", "rms_relative"),
-            *(
-                "rms_denoised_relative",
-                "rms_denoised_interval",
-                "course_bias",
-                "course_mse",
-                "course_expected",
-            ),
-        )
-    )
-    return {
-        **head,
-        **nothing,
-        "pixels": pixel_counts(ours),
-        "variance": float(ours.pixel_variance[ours.shaded].mean()) if ours.shaded.any() else 0.0,
-        "non_finite": int((~np.isfinite(ours.mean).all(axis=0)).sum()),
-        "verdict": "undecided",
-        "as_claimed": None,
-        "reason": problem,
-        "reference": {"renderer": renderer, "version": None, "variant": None, "samples": 0},
-        "seconds": seconds,
-    }
-
-
-def _row(head: dict[str, Any], verdict: Verdict, reference: Reference, seconds: dict[str, Any]) -> dict[str, Any]:
-    figures = {
-        name: getattr(verdict, name)
-        for name in (
-            *("pixels", "bias", "bias_relative", "bias_interval", "minimum_detectable_bias", "rms"),
-            *("rms_relative", "rms_denoised_relative", "rms_denoised_interval", "variance"),
-            *("non_finite", "reason"),
-        )
-    }
-    return {
-        **head,
-        **figures,
-        **verdict.noise,
-        "course_bias": verdict.course.bias,
-        "course_mse": verdict.course.mse,
-        "course_expected": verdict.course.expected,
-        "verdict": verdict.word,
-        "as_claimed": as_claimed(head["claim"], verdict.word, verdict.non_finite),
-        "reference": {
-            "renderer": reference.renderer,
-            "version": reference.version,
-            "variant": reference.variant,
-            "llvm": reference.llvm,
-            "samples": reference.samples,
-            "passes": reference.passes,
-            "standard_error_relative": verdict.reference_error_relative,
-            "notes": list(reference.notes),
-        },
-        "tiles": verdict.tiles,
-        "tile_p": verdict.tile_p,
-        "seconds": seconds,
-    }
+    started = time.perf_counter()
+    prior = prior_of(scene, estimator, seeds(question.seed, scene.name)[0], question.timeout, executor)
+    seconds = seconds | {"prior": time.perf_counter() - started}
+    verdict = judge(ours, reference, passes=passes, margin=question.margin, level=question.level, prior=prior)
+    return Answer(row_of(head, verdict, reference, seconds), ours, reference, verdict)

@@ -16,6 +16,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from renderer.errors import InputError
 
 from . import catalogue
+from .bring.commands import reference, trial_estimator
+from .bring.options import bring_options
 from .results import EXIT
 from .workers import WorkerLost
 
@@ -82,7 +84,16 @@ def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--stratify/--no-stratify", "stratified", default=None, help="Instead of the scene's."),
         click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True),
         click.option("--lenient", is_flag=True, help="Warn of unknown commands in a scene instead of refusing it."),
+        click.option(
+            "--shadow-origin",
+            type=click.Choice(["surface", "mitsuba"]),
+            default="surface",
+            show_default=True,
+            help="Where shadow rays start: ours, or Mitsuba 3.9's rule, to be wrong as it is.",
+        ),
         click.option("--two-sided", is_flag=True, help="Surfaces reflect at their back too, on both renderers."),
+        click.option("--pixel-rule", type=click.Choice(["centre", "area"]), help="Instead of the scene's."),
+        click.option("--tolerance", type=float, help="Relative RMS error of noise-free pixels by area."),
     ):
         command = option(command)
     return command
@@ -97,12 +108,15 @@ def export_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @main.command()
-@click.argument("scenes", metavar="SCENE...", nargs=-1)
+@click.argument("scenes", metavar="SCENE... [IMAGE...]", nargs=-1)
 @click.option("--classic", is_flag=True, help="All classic scenes.")
 @_sampling
+@bring_options
 @click.option("--margin", type=float, default=1e-3, show_default=True, help="Relative bias that does not matter.")
 @click.option("--alpha", type=float, default=1e-3, show_default=True, help="False-alarm rate of the whole report.")
 @click.option("--timeout", type=float, default=600.0, show_default=True, help="Seconds for one reference.")
+@click.option("--until-decided", is_flag=True, help="Add passes to undecided scenes; they are kept under --out.")
+@click.option("--budget", type=float, default=600.0, show_default=True, help="Seconds for --until-decided.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the pictures and results.json.")
 @click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output).")
 @export_options
@@ -112,10 +126,16 @@ def check(scenes: tuple[str, ...], classic: bool, **options: Any) -> None:
     \b
     nusselt check quad cornell --out out
     nusselt check my.test --samples 64 --margin 0.0005 --json -
+    nusselt check quad-stratified mine-1.png mine-2.png
+    nusselt check my.test --renderer "./mine {scene} {samples} {seed} {output}"
+
+    With IMAGEs (.png, .exr, .pfm, .hdr, .npy) or a --renderer those are judged in place of ours.
     """
     from .check_command import run_check
 
     names = (*(catalogue.CLASSIC if classic else ()), *scenes)
+    if options["until_decided"] and options["out"] is None:
+        raise click.UsageError("--until-decided keeps its passes on disk: name a folder with --out")
     if not names:
         raise click.UsageError("name a scene file, a classic scene (see: nusselt list), or --classic")
     sys.exit(run_check(names, options, progress_bar, lambda scene: shell_command(scene, options)))
@@ -135,26 +155,40 @@ def render(scene: str, output: Path, error: float | None, **options: Any) -> Non
     """
     from renderer.image import render as render_image
 
-    from .check import chosen_estimator
+    from .check import chosen_estimator, draw_area, with_pixel_rule
     from .files import check_image_name, write_image
     from .until import render_until
     from .workers import worker_pool
 
     check_image_name(output)
     read = catalogue.load(scene, options["lenient"]).with_(two_sided=options["two_sided"])
+    rule, tolerance = options["pixel_rule"], 1e-3 if options["tolerance"] is None else options["tolerance"]
+    read = with_pixel_rule(read, rule)
     name = options["estimator"] or (None if error is None else "common-points")
     estimator = chosen_estimator(read, name, options["samples"], options["stratified"])
     for warning in read.warnings:
         click.echo(f"warning: {warning}", err=True)
+    offset = None
+    if options["shadow_origin"] == "mitsuba":
+        from mitsuba_bridge.ray_offset import mitsuba_offset
+
+        offset = mitsuba_offset(read)
     with worker_pool() as pool, progress_bar(read.name) as report:
 
         def told(done: int, total: int) -> None:
             report("tiles", done, total)
 
-        if error is None:
-            image = render_image(read, estimator, seed=options["seed"], executor=pool, progress=told)
+        area = None if error is not None else draw_area(read, estimator, rule, tolerance, pool)
+        if area is not None:
+            image = area.image
+            if area.error > tolerance:
+                click.echo(f"warning: the error may be {area.error:.1e}, above the tolerance {tolerance:g}", err=True)
+        elif error is None:
+            image = render_image(read, estimator, seed=options["seed"], executor=pool, offset=offset, progress=told)
         else:
-            reached = render_until(read, estimator, error, seed=options["seed"], executor=pool, progress=told)
+            reached = render_until(
+                read, estimator, error, seed=options["seed"], executor=pool, progress=told, offset=offset
+            )
             image = reached.image
             said = f"relative RMS error {reached.error:.2g}, from 8 independent passes of {reached.samples} samples"
             click.echo(said if reached.error else "no sampling error", err=True)
@@ -179,6 +213,56 @@ def export(scene: str, output: Path, lenient: bool, two_sided: bool) -> None:
     read = catalogue.load(scene, lenient).with_(two_sided=two_sided)
     for note in (*read.warnings, *export_scene(read, output)):
         click.echo(note, err=True)
+
+
+def _reporting(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options of every experiment."""
+    for option in (
+        click.option("--quick", is_flag=True, help="Small images, few samples."),
+        click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True),
+        click.option("--out", type=click.Path(path_type=Path), help="Folder for figures, tables and results.json."),
+        click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output)."),
+    ):
+        command = option(command)
+    return command
+
+
+@main.command()
+@click.argument("names", metavar="NAME...|all", nargs=-1, required=True)
+@click.option("--scenes", multiple=True, metavar="SCENE", help="Instead of the experiment's own; may be repeated.")
+@_reporting
+def run(names: tuple[str, ...], scenes: tuple[str, ...], quick: bool, seed: int, **where: Any) -> None:
+    """Run experiments; what is finished in the folder is not done again (see: nusselt list).
+
+    \b
+    nusselt run random-vs-stratified soft-shadows --out out
+    nusselt run all --quick --out out
+    """
+    from .runs.command import Request, chosen, run_experiments
+    from .runs.declared import Settings
+    from .suite import EXPERIMENTS
+
+    settings = Settings(quick, seed, tuple(scenes))
+    sys.exit(run_experiments(chosen(names, EXPERIMENTS), Request(settings, **where), progress_bar))
+
+
+@main.command()
+@click.argument("cases", metavar="CASES.json...", nargs=-1)
+@_reporting
+def stability(cases: tuple[str, ...], quick: bool, seed: int, **where: Any) -> None:
+    """The closed forms on stiff and extreme cases, against values known to many digits.
+
+    Without files: the project's own cases, and whole images against their scaled, moved or exact twins.
+
+    \b
+    nusselt stability --out out
+    nusselt stability my-cases.json --json -
+    """
+    from .runs.command import Request
+    from .runs.declared import Settings
+    from .stiff.command import run_stability
+
+    sys.exit(run_stability(cases, Request(Settings(quick, seed), **where), progress_bar))
 
 
 @main.command()
@@ -246,15 +330,20 @@ def list_command() -> None:
     """Scenes, estimators and experiments, one line each."""
     from renderer.estimators import ESTIMATORS
 
+    from .suite import EXPERIMENTS
+
     click.echo("scenes")
     for name in (*catalogue.CLASSIC, *catalogue.GENERATED):
         click.echo(f"  {name:18} {catalogue.summary(name)}")
     click.echo("estimators")
     for kind in ESTIMATORS:
         click.echo(f"  {kind.name:18} {kind.summary}")
+    click.echo("experiments")
+    for experiment in EXPERIMENTS:
+        click.echo(f"  {experiment.name:20} {experiment.summary}")
 
 
-ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv")
+ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv", "cache")
 """Options of a check that no row depends on."""
 
 
@@ -273,3 +362,7 @@ def shell_command(scene: str, options: dict[str, Any]) -> str:
         else:
             words += [param.opts[0], str(value)]
     return shlex.join(words)
+
+
+main.add_command(reference)
+main.add_command(trial_estimator)

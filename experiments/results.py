@@ -130,7 +130,7 @@ def exit_code(rows: list[dict[str, Any]]) -> int:
     """
     if not rows or any(row["as_claimed"] is False for row in rows):
         return EXIT["not as claimed"]
-    if any(row["reference"]["renderer"] is None for row in rows):
+    if any("reference" in row and row["reference"]["renderer"] is None for row in rows):
         return EXIT["no reference"]
     if any(row["as_claimed"] is None for row in rows):
         return EXIT["undecided"]

@@ -47,7 +47,12 @@ class Level:
 
     @property
     def rest(self) -> float:
-        return self.alpha / 4 / self.rows
+        """Each of the three remaining tests: the variance, whether pixels are independent, and the channels."""
+        return self.alpha / 4 / self.rows / 3
+
+    def at_look(self, number: int) -> Level:
+        """The share of look 1, 2, ... at a growing number of samples: alpha/(k (k+1)), alpha in all."""
+        return Level(self.alpha / (number * (number + 1)), self.rows)
 
 
 @dataclass(frozen=True)
@@ -65,12 +70,20 @@ class Bias:
     standard_error: float
     freedom: float
 
-    def half_width(self, level: float) -> float:
-        """Of the two-sided interval at this false-alarm rate."""
-        return float(stats.t.isf(level / 2, self.freedom)) * self.standard_error
+    def half_width(self, level: float, normal: bool = True) -> float:
+        """Of the two-sided interval at this false-alarm rate.
+
+        Without ``normal``, by Chebyshev's inequality: sqrt(1/level) standard errors, whatever the distribution.
+        """
+        sigmas = float(stats.t.isf(level / 2, self.freedom)) if normal else math.sqrt(1 / level)
+        return sigmas * self.standard_error
+
+    def reserve(self, power: float) -> float:
+        """How far beyond the end of the interval a true bias must lie to be found with this power."""
+        return float(stats.t.isf(1 - power, self.freedom)) * self.standard_error
 
 
-def pooled_bias(difference: Floats, noise: Floats, passes: Floats) -> Bias:
+def pooled_bias(difference: Floats, noise: Floats, passes: Floats, our_passes: Floats | None = None) -> Bias:
     """Mean difference over pixels.
 
     Parameters
@@ -79,14 +92,35 @@ def pooled_bias(difference: Floats, noise: Floats, passes: Floats) -> Bias:
         Ours minus the reference at each pixel, and the variance of our value there.
     passes : (r,) float64
         The reference's mean over the same pixels in each of its passes; no noise if r < 2.
+    our_passes : (s,) float64, optional
+        The same of ours, where pixels share their light points: then only whole passes are independent.
     """
     count = difference.size
-    mine = float(noise.sum()) / count**2
-    theirs = float(np.var(passes, ddof=1)) / passes.size if passes.size > 1 else 0.0
-    # Welch-Satterthwaite; the freedom of our share is the number of pixels it really rests on.
-    weight = mine**2 / resting_on(noise) + (theirs**2 / (passes.size - 1) if passes.size > 1 else 0.0)
-    freedom = (mine + theirs) ** 2 / weight if weight > 0 else 1e9
-    return Bias(float(difference.mean()), math.sqrt(mine + theirs), max(freedom, 1.0))
+    mine = (float(noise.sum()) / count**2, freedom_of(noise)) if our_passes is None else _from_passes(our_passes)
+    return welch(float(difference.mean()), mine, _from_passes(passes))
+
+
+def _from_passes(values: Floats) -> tuple[float, float]:
+    """Variance of the mean of independent passes (r,), and its degrees of freedom; no noise if r < 2."""
+    if values.size < 2:
+        return 0.0, 1.0
+    return float(np.var(values, ddof=1)) / values.size, values.size - 1.0
+
+
+def welch(value: float, *sides: tuple[float, float]) -> Bias:
+    """A difference whose sides have the given (variance, degrees of freedom): Welch-Satterthwaite."""
+    variance = sum(side[0] for side in sides)
+    weight = sum(side[0] ** 2 / side[1] for side in sides)
+    freedom = variance**2 / weight if weight > 0 else 1e9
+    return Bias(value, math.sqrt(variance), max(freedom, 1.0))
+
+
+def freedom_of(noise: Floats) -> float:
+    """Degrees of freedom of a sum of estimated variances (n,), whatever their law.
+
+    2 (sum v)^2 / Var(sum v), and Var(sum v) <= E sum v^2: twice the number of pixels the noise rests on.
+    """
+    return 2 * resting_on(noise)
 
 
 def resting_on(noise: Floats) -> float:
@@ -114,11 +148,24 @@ class Tiles:
     freedom: Floats
     p: Floats
 
-    def failing(self, level: float, margin: float) -> int:
-        """How many tiles lie beyond +-margin (radiance) at this false-alarm rate each."""
+    def failing(self, level: float, margin: float | Floats) -> int:
+        """How many tiles lie beyond +-margin (radiance; one, or one a tile) at this false-alarm rate each."""
         some = ~np.isnan(self.bias)
-        reach = stats.t.isf(level / 2, self.freedom[some]) * self.error[some] + margin
+        margins = np.broadcast_to(margin, self.bias.shape)[some]
+        reach = stats.t.isf(level / 2, self.freedom[some]) * self.error[some] + margins
         return int((np.abs(self.bias[some]) > reach).sum())
+
+    @property
+    def without_noise(self) -> int:
+        """Tiles that have pixels and no noise: compared to rounding, and left out of the p-values."""
+        return int((~np.isnan(self.bias) & np.isnan(self.p)).sum())
+
+
+def tile_numbers(height: int, width: int) -> NDArray[np.int64]:
+    """Which of the 8 x 8 tiles each pixel belongs to, (h, w), row by row."""
+    rows = np.minimum(np.arange(height) * TILES // height, TILES - 1)
+    columns = np.minimum(np.arange(width) * TILES // width, TILES - 1)
+    return np.asarray(rows[:, None] * TILES + columns, dtype=np.int64)
 
 
 def tile_biases(difference: Floats, noise: Floats, judged: Bools, rounding: float) -> Tiles:
@@ -132,10 +179,7 @@ def tile_biases(difference: Floats, noise: Floats, judged: Bools, rounding: floa
     rounding : float
         Errors below this are no noise.
     """
-    height, width = difference.shape
-    rows = np.minimum(np.arange(height) * TILES // height, TILES - 1)
-    columns = np.minimum(np.arange(width) * TILES // width, TILES - 1)
-    number = (rows[:, None] * TILES + columns)[judged]
+    number = tile_numbers(*difference.shape)[judged]
 
     def total(values: Any) -> Floats:
         return np.bincount(number, values, minlength=TILES**2).astype(np.float64).reshape(TILES, TILES)

@@ -13,6 +13,7 @@ import numpy as np
 from renderer.errors import InputError
 from renderer.estimators import Estimator
 from renderer.image import Image, prepare, render
+from renderer.ray_offset import RayOffset
 from renderer.scene import Scene
 
 PASSES = 8
@@ -55,6 +56,7 @@ def render_until(
     seed: int = 0,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
+    offset: RayOffset | None = None,
 ) -> Reached:
     """Render with more samples, each time afresh, until the error estimate is at most ``error``.
 
@@ -73,13 +75,15 @@ def render_until(
         if estimator.claim(needs) != "exact":
             raise InputError("--error", error, f"an estimator with noise: {estimator.name} cannot tell its error here")
         return Reached(
-            render(scene, estimator, seed=seed, executor=executor, progress=progress), estimator.samples, 0.0
+            render(scene, estimator, seed=seed, executor=executor, progress=progress, offset=offset),
+            estimator.samples,
+            0.0,
         )
     samples = FIRST
     for attempt in range(64):
         tried = dataclasses.replace(estimator, samples=samples)  # type: ignore[type-var]
         root = int(np.random.SeedSequence([seed, attempt]).generate_state(1, np.uint64)[0] >> 1)
-        image = render(scene, tried, seed=root, passes=PASSES, executor=executor, progress=progress)
+        image = render(scene, tried, seed=root, passes=PASSES, executor=executor, progress=progress, offset=offset)
         found = relative_error(image, PASSES)
         if found <= error:
             return Reached(image, samples, found)

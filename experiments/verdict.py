@@ -1,49 +1,58 @@
 """Is the image right, and how sure are we?
 
-The bias is the mean over shaded pixels of (ours - reference); its interval holds the noise of both sides. The
-family-wise false-alarm rate of a report is declared beforehand and split: half to the pooled means, a quarter
-to tiles, a quarter to the rest, each by Bonferroni over its tests, so that every interval exists before any
-p-value does.
+The bias is the mean over shaded pixels of (ours - reference); its interval holds the noise of both sides. It
+decides; tiles say where; the variance and the spread of the passes have tests of their own. The family-wise
+false-alarm rate of a report is declared beforehand and split: half to the pooled means, a quarter to tiles, a
+quarter to the rest, each by Bonferroni over its tests, so that every interval exists before any p-value does.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
-from scipy import stats
 
 from mitsuba_bridge.reference import Reference
 from renderer.image import Image
 from renderer.vectors import Floats
 
+from .colour import colour_failures
 from .course import CourseScore, course_score
-from .statistics import TILES, Bias, Bools, Level, denoised_root, error_of_mean, pooled_bias, resting_on, tile_biases
+from .decision import Word, decide
+from .earned import Side
+from .plain_pixels import ROUNDING, exact_failures, pixel_counts, shaded_on_both, still_failures
+from .spreads import Ratio, pass_spread, variance_ratio
+from .statistics import (
+    TILES,
+    Bias,
+    Bools,
+    Level,
+    Tiles,
+    denoised_root,
+    error_of_mean,
+    pooled_bias,
+    resting_on,
+    tile_biases,
+)
 
-ROUNDING = 2e-6
-"""Relative rounding of Mitsuba's float32 radiance, as measured on noise-free pixels (5e-7 to 2e-6)."""
 TILE_MARGIN = 10
-"""A tile's margin in margins of the pooled mean: it sees places, not hairs."""
-UNJUDGED = 1e-3
-"""Share of the shaded pixels that may lie within rounding of an edge."""
+"""A tile's margin, and a channel's, in margins of the pooled mean: it sees places, not hairs."""
 POWER = 0.99
-FEWEST = 30
-"""Noise that rests on fewer pixels than this is not taken for normal."""
-
-Word = Literal["agrees", "differs", "undecided"]
 
 
 @dataclass(frozen=True)
 class Verdict:
     """All that is said of one row; "relative" is to the reference's mean over shaded pixels.
 
-    The fields are those of `results.json`; ``tiles`` and ``tile_p`` are (8, 8), ``shaded`` is (h, w).
+    The fields are those of `results.json`; ``tiles`` and ``tile_p`` are (8, 8), ``shaded`` is (h, w). ``broken``:
+    something that has no noise differs. ``more``: how many times the samples would decide.
     """
 
     word: Word
     reason: str
+    broken: bool
+    more: float | None
     pixels: dict[str, int]
     reference_mean: float
     bias: float
@@ -56,10 +65,15 @@ class Verdict:
     rms_denoised_relative: float
     rms_denoised_interval: tuple[float, float]
     variance: float
+    variance_ratio: float | None
+    variance_ratio_interval: tuple[float, float] | None
+    pass_spread: float | None
+    excess_kurtosis: dict[str, float | None]
     course: CourseScore
     non_finite: int
     tiles: Floats
     tile_p: Floats
+    tiles_without_noise: int
     shaded: Bools
     noise: dict[str, float | None]
 
@@ -72,7 +86,31 @@ def standard_errors(ours: Image, reference: Reference, passes: int) -> Floats:
     return np.divide(difference, np.sqrt(noise), out=np.zeros_like(difference), where=noise > 0)
 
 
-def judge(ours: Image, reference: Reference, *, passes: int, margin: float, level: Level) -> Verdict:
+@dataclass(frozen=True)
+class Prior:
+    """What is known of a row before its data are looked at.
+
+    Parameters
+    ----------
+    independent : bool
+        Whether our pixels have random numbers of their own; else only whole passes count.
+    variance : (h, w) float64, optional
+        What Mitsuba has for the same strategy and number of samples.
+    tile_offset : (8, 8) float64, optional
+        Size of the bias that the reference's own shadow rays bring there, radiance.
+    """
+
+    independent: bool = True
+    variance: Floats | None = None
+    tile_offset: Floats | None = None
+
+
+NOTHING = Prior()
+
+
+def judge(
+    ours: Image, reference: Reference, *, passes: int, margin: float, level: Level, prior: Prior = NOTHING
+) -> Verdict:
     """Compare an image with a reference.
 
     Parameters
@@ -85,53 +123,57 @@ def judge(ours: Image, reference: Reference, *, passes: int, margin: float, leve
         Relative bias declared not to matter, above 0.
     level : Level
         False-alarm rate.
+    prior : Prior
     """
     finite: Bools = np.asarray(np.isfinite(ours.mean).all(axis=0))
-    judged = _shaded(ours, reference) & finite & ~ours.unjudged
+    judged = shaded_on_both(ours, reference) & finite & ~ours.unjudged
     difference = (ours.mean - reference.mean).mean(axis=0)
     noise = ours.pixel_variance * ours.clumping / passes
     mean = float(np.abs(reference.mean).mean(axis=0)[judged].mean()) if judged.any() else 0.0
     scale = mean if mean > 0 else 1.0  # a black reference: relative to one
-    failures = _exact_failures(ours, reference, finite)
+    broken = exact_failures(ours, reference, finite)
+    by_passes = None if prior.independent else ours.pass_means
+    bias = Bias(0.0, 0.0, 1e9)
     if judged.any():
-        bias = pooled_bias(difference[judged], noise[judged], reference.pass_means)
-    else:
-        bias = Bias(0.0, 0.0, 1e9)
+        bias = pooled_bias(difference[judged], noise[judged], reference.pass_means, by_passes)
+    objection = _objection(ours, reference, judged, prior)
     tiles = tile_biases(difference, noise + reference.pixel_standard_error**2, judged, ROUNDING * scale)
-    failing = tiles.failing(level.tile, (TILE_MARGIN * margin + ROUNDING) * scale)
-    if failing:
-        failures.append(f"{failing} of {TILES * TILES} tiles are off by more than {TILE_MARGIN} margins")
-    reach = bias.half_width(level.pooled) / scale + ROUNDING
+    ratio, spread = _variances(ours, judged, level, prior) if judged.any() else (None, None)
+    failures = broken + _place_failures(tiles, level, margin, scale, prior) + _variance_failures(ratio, spread)
+    failures += colour_failures(ours, reference, judged, passes, level.rest, (TILE_MARGIN * margin + ROUNDING) * scale)
+    failures += still_failures(ours, reference, judged, TILE_MARGIN * margin + ROUNDING, scale)
+    reach = bias.half_width(level.pooled, normal=not objection) / scale + ROUNDING
     interval = (bias.value / scale - reach, bias.value / scale + reach)
-    word, reason = _decide(interval, margin, failures)
-    if word == "agrees" and resting_on(noise[judged]) < FEWEST:
-        word, reason = (
-            "undecided",
-            f"the noise rests on fewer than {FEWEST} pixels: more samples would decide",
-        )
+    word, reason, more = decide(interval, margin, failures, objection)
+    root, roots = _denoised(ours, reference, judged, passes, level)
     one = (ours.first - reference.mean).mean(axis=0)[judged] if judged.any() else np.zeros(1)
-    expected = (ours.pixel_variance + reference.pixel_standard_error**2)[judged] if judged.any() else np.zeros(1)
-    denoised, denoised_interval = denoised_root(one**2 - expected, level.pooled)
     rms = math.sqrt(float((one**2).mean()))
     return Verdict(
         word=word,
         reason=reason,
+        broken=bool(broken),
+        more=more,
         pixels=pixel_counts(ours) | {"shaded": int(judged.sum())},
         reference_mean=mean,
         bias=bias.value,
         bias_relative=bias.value / scale,
         bias_interval=interval,
         reference_error_relative=_pooled_error(reference) / scale,
-        minimum_detectable_bias=margin + reach + float(stats.norm.isf(1 - POWER)) * bias.standard_error / scale,
+        minimum_detectable_bias=margin + reach + bias.reserve(POWER) / scale,
         rms=rms,
         rms_relative=rms / scale,
-        rms_denoised_relative=denoised / scale,
-        rms_denoised_interval=(denoised_interval[0] / scale, denoised_interval[1] / scale),
+        rms_denoised_relative=root / scale,
+        rms_denoised_interval=(roots[0] / scale, roots[1] / scale),
         variance=float(ours.pixel_variance[judged].mean()) if judged.any() else 0.0,
+        variance_ratio=ratio.value if ratio else None,
+        variance_ratio_interval=ratio.interval if ratio else None,
+        pass_spread=spread.value if spread else None,
+        excess_kurtosis={side.name: side.excess_kurtosis for side in _sides(ours, reference, judged, prior)},
         course=course_score(ours, reference, passes),
         non_finite=int((~finite).sum()),
         tiles=tiles.bias / scale,
         tile_p=tiles.p,
+        tiles_without_noise=tiles.without_noise,
         shaded=judged,
         noise=_noise_of_figures(ours, reference, judged, scale, bias),
     )
@@ -151,64 +193,58 @@ def _noise_of_figures(
     }
 
 
-def pixel_counts(ours: Image) -> dict[str, int]:
-    """Pixels by what our camera sees there."""
-    return {
-        "shaded": int(ours.shaded.sum()),
-        "emitter": int((ours.emitter > 0).sum()),
-        "background": int((ours.background == 1).sum()),
-        "unjudged": int(ours.unjudged.sum()),
-    }
+def _sides(ours: Image, reference: Reference, judged: Bools, prior: Prior) -> tuple[Side, Side]:
+    return (
+        Side("ours", ours.pixel_variance[judged], ours.pass_means, not prior.independent),
+        Side("the reference", reference.pixel_standard_error[judged] ** 2, reference.pass_means, True),
+    )
 
 
-def _shaded(ours: Image, reference: Reference) -> Bools:
-    return ours.shaded & (reference.emitter == 0) & (reference.background == 0)
+def _objection(ours: Image, reference: Reference, judged: Bools, prior: Prior) -> str:
+    """Why the difference may not be normal; empty if nothing speaks against it."""
+    return next((told for side in _sides(ours, reference, judged, prior) if (told := side.objection())), "")
+
+
+def _place_failures(tiles: Tiles, level: Level, margin: float, scale: float, prior: Prior) -> list[str]:
+    """Tiles off by more than their margin, or than the reference's own error there where that is larger."""
+    if not prior.independent:
+        return []  # a tile's noise is known from its pixels only
+    offset = np.zeros((TILES, TILES)) if prior.tile_offset is None else prior.tile_offset
+    failing = tiles.failing(level.tile, np.maximum(TILE_MARGIN * margin * scale, offset) + ROUNDING * scale)
+    return [f"{failing} of {TILES * TILES} tiles are off by more than {TILE_MARGIN} margins"] if failing else []
+
+
+def _variances(ours: Image, judged: Bools, level: Level, prior: Prior) -> tuple[Ratio | None, Ratio | None]:
+    """Our variance over Mitsuba's, and the spread of our passes over what independent pixels would have."""
+    noise = ours.pixel_variance[judged]
+    ratio = None if prior.variance is None else variance_ratio(noise, prior.variance[judged], level.rest)
+    if not prior.independent:
+        return ratio, None
+    count = ours.pass_means.size
+    pooled = float(noise.sum()) / noise.size**2
+    return ratio, pass_spread(ours.pass_means, pooled, max(count - 1, 1) * resting_on(noise), level.rest)
+
+
+def _variance_failures(ratio: Ratio | None, spread: Ratio | None) -> list[str]:
+    failures = []
+    if ratio and ratio.fails:
+        failures.append(f"the variance is {ratio.value:.3g} times Mitsuba's for the same strategy")
+    if spread and spread.fails:
+        failures.append(f"passes vary {spread.value:.3g} times as much as independent pixels would")
+    return failures
+
+
+def _denoised(
+    ours: Image, reference: Reference, judged: Bools, passes: int, level: Level
+) -> tuple[float, tuple[float, float]]:
+    """RMS error of the limit, radiance: of the mean of all passes, both sides' noise taken out."""
+    if not judged.any():
+        return 0.0, (0.0, 0.0)
+    square = (ours.mean - reference.mean).mean(axis=0)[judged] ** 2
+    noise = ours.pixel_variance[judged] / passes + reference.pixel_standard_error[judged] ** 2
+    return denoised_root(square - noise, level.pooled)
 
 
 def _pooled_error(reference: Reference) -> float:
     passes = reference.pass_means
     return float(np.std(passes, ddof=1)) / math.sqrt(passes.size) if passes.size > 1 else 0.0
-
-
-def _exact_failures(ours: Image, reference: Reference, finite: Bools) -> list[str]:
-    """What must hold without any noise: finite values, the same kinds of pixel, the same plain pixels."""
-    failures = []
-    if not finite.all():
-        failures.append(f"{int((~finite).sum())} pixels are not finite")
-    unjudged, shaded = int((ours.unjudged & ours.shaded).sum()), int(ours.shaded.sum())
-    if unjudged > UNJUDGED * max(shaded, 1):
-        failures.append(f"{unjudged} of {shaded} shaded pixels lie within rounding of an edge")
-    # Where a pixel's box is part emitter or part background the shares are random, and are not compared.
-    whole = ~ours.unjudged
-    for share in (ours.emitter, ours.background, reference.emitter, reference.background):
-        whole = whole & ((share == 0) | (share == 1))
-    other = whole & ((ours.emitter != reference.emitter) | (ours.background != reference.background))
-    if other.any():
-        failures.append(f"{int(other.sum())} pixels show an emitter or the background on one side only")
-    plain = whole & finite & ~other & ((ours.emitter == 1) | (ours.background == 1))
-    off = (np.abs(ours.mean - reference.mean) > ROUNDING * np.abs(reference.mean)).any(axis=0)
-    if (plain & off).any():
-        failures.append(f"{int((plain & off).sum())} emitter or background pixels differ beyond rounding")
-    return failures
-
-
-def _decide(interval: tuple[float, float], margin: float, failures: list[str]) -> tuple[Word, str]:
-    low, high = interval
-    where = f"the bias lies in [{low:+.3%}, {high:+.3%}]"
-    if low > margin or high < -margin:
-        failures = [f"{where}, outside the margin of {margin:.3%}", *failures]
-    if failures:
-        return "differs", "; ".join(failures)
-    if -margin <= low and high <= margin:
-        return "agrees", f"{where}, inside the margin of {margin:.3%}"
-    return "undecided", f"{where}: {_advice(interval, margin)}"
-
-
-def _advice(interval: tuple[float, float], margin: float) -> str:
-    """How many times the samples would decide, if the bias is what it seems."""
-    centre, half = (interval[0] + interval[1]) / 2, (interval[1] - interval[0]) / 2
-    room = abs(margin - abs(centre))
-    factor = 1.3 * (half / room) ** 2 if room > 0 else math.inf
-    if factor > 1e4:
-        return "it sits on the margin; declare another margin"
-    return f"about {max(2, math.ceil(factor))} times the samples would decide"

@@ -24,6 +24,7 @@ def main() -> int:
     render.add_argument("-o", "--output", type=Path, required=True, help="IMAGE.exr or IMAGE.npy")
     render.add_argument("--samples", type=int, default=64)
     render.add_argument("--seed", type=int, default=0)
+    render.add_argument("--centres", action="store_true", help="rays through the pixels' centres alone, no film")
     arguments = parser.parse_args()
     if not arguments.scene.is_file():
         parser.error(f"scene = {arguments.scene}: expected an XML file")
@@ -35,6 +36,7 @@ def main() -> int:
         "output": arguments.output.suffix,
         "samples": arguments.samples,
         "seed": arguments.seed,
+        "centres": arguments.centres,
     }
     try:
         with tempfile.TemporaryDirectory(prefix="nusselt-") as folder:

@@ -136,17 +136,17 @@ def _light(light: Light, place: Any, scale: float) -> dict[str, Any]:
     return {"kind": "disk", "to_world": to_world, "radiance": _rgb(light.radiance)}
 
 
-def _camera(scene: Scene, place: Any, scale: float) -> dict[str, Any]:
+def _camera(scene: Scene, place: Any, size: float) -> dict[str, Any]:
     look, _, up = (v[:, 0] for v in view_frame(scene))
     origin = place(scene.camera.position)
     away = float(np.abs(origin).max())
     return {
         "origin": origin.tolist(),
-        "target": (origin + look * max(SIZE, away)).tolist(),
+        "target": (origin + look * max(size, away)).tolist(),
         "up": (up / np.abs(up).max()).tolist(),
         "fov": scene.camera.fov_y,
-        "near": 1e-5 * SIZE,
-        "far": 10 * (SIZE + away),
+        "near": 1e-5 * size,
+        "far": 10 * (size + away),
         "width": scene.width,
         "height": scene.height,
     }
@@ -180,8 +180,10 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
     InputError
         If the numbers do not fit float32 even so.
     """
-    centre, half = extent(scene) if normalise else (np.zeros(3), SIZE)
-    scale = SIZE / half
+    centre, half = extent(scene)
+    if not normalise:
+        centre = np.zeros(3)
+    scale = SIZE / half if normalise else 1.0
     notes = close_blockers(scene, half) if normalise else []
 
     def place(point: Any) -> Floats:
@@ -203,8 +205,8 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
     for number, ellipsoid in enumerate(scene.ellipsoids):
         add(_ball(ellipsoid, place, scale, folder, f"{stem}-ellipsoid{number}.ply", notes), ellipsoid.material)
     lights = [_light(light, place, scale) for light in scene.lights]
-    camera = _camera(scene, place, scale)
-    if np.abs(camera["origin"]).max() > 1e4 * SIZE:
+    camera = _camera(scene, place, half * scale)
+    if np.abs(camera["origin"]).max() > 1e4 * half * scale:
         notes.append("the camera is more than 10,000 scene sizes away: Mitsuba's float32 hit points lose digits")
     for light in scene.lights:
         if isinstance(light, SunLight) and light.angle > 2:

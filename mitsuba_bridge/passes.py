@@ -25,9 +25,13 @@ BOX_SAMPLES = 1024
 Array = NDArray[Any]
 
 
-def integrator() -> Any:
-    """Light sampling alone: with more than one emitter sample Mitsuba 3.9 counts lights without extent n times."""
-    return mi.load_dict({"type": "direct", "emitter_samples": 1, "bsdf_samples": 0, "hide_emitters": False})
+def integrator(bsdf_samples: int = 0) -> Any:
+    """Light sampling alone, or with ``bsdf_samples`` by multiple importance sampling.
+
+    One emitter sample: with more Mitsuba 3.9 counts lights without extent n times.
+    """
+    found = {"type": "direct", "emitter_samples": 1, "bsdf_samples": bsdf_samples, "hide_emitters": False}
+    return mi.load_dict(found)
 
 
 class Camera:
@@ -50,9 +54,9 @@ class Camera:
         return ray
 
 
-def make_sampler(seed: int, pixels: int, samples: int) -> Any:
-    """A multijitter sampler for ``samples`` paths in each of ``pixels`` pixels."""
-    sampler = mi.load_dict({"type": "multijitter", "sample_count": samples})
+def make_sampler(seed: int, pixels: int, samples: int, kind: str = "multijitter") -> Any:
+    """A sampler, Mitsuba's name for it, for ``samples`` paths in each of ``pixels`` pixels."""
+    sampler = mi.load_dict({"type": kind, "sample_count": samples})
     sampler.set_samples_per_wavefront(samples)
     sampler.seed(seed, pixels * samples)
     return sampler
@@ -68,15 +72,23 @@ def pixel_sums(values: list[Any], samples: int) -> Array:
     return np.stack([np.array(value) for value in sums])
 
 
-def one_pass(scene: Any, camera: Camera, pixels: Array, samples: int, seed: int) -> Array:
+def one_pass(
+    scene: Any,
+    camera: Camera,
+    pixels: Array,
+    samples: int,
+    seed: int,
+    bsdf_samples: int = 0,
+    kind: str = "multijitter",
+) -> Array:
     """Mean radiance (3, n) float64 of one pass over the pixels (n,)."""
-    direct = integrator()
+    direct = integrator(bsdf_samples)
     out = np.empty((3, pixels.size))
     step = max(1, WAVEFRONT // samples)
     seeds = np.random.SeedSequence(seed).generate_state(1 + max(pixels.size - 1, 0) // step)
     for number, start in enumerate(range(0, pixels.size, step)):
         some = pixels[start : start + step]
-        sampler = make_sampler(int(seeds[number]), some.size, samples)
+        sampler = make_sampler(int(seeds[number]), some.size, samples, kind)
         radiance, _, _ = direct.sample(scene, sampler, camera.rays(some, samples, sampler))
         out[:, start : start + some.size] = pixel_sums([radiance.x, radiance.y, radiance.z], samples) / samples
     return out

@@ -70,8 +70,12 @@ def sensor_dict(camera: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+EVERY = -1
+"""All lights on."""
+
+
 def scene_dict(description: dict[str, Any], folder: Path, lit: int | None) -> dict[str, Any]:
-    """The scene with light number ``lit`` alone switched on; None: no light at all."""
+    """The scene with light number ``lit`` alone switched on, or EVERY; None: no light at all."""
     found: dict[str, Any] = {"type": "scene", "sensor": sensor_dict(description["camera"])}
     for number, shape in enumerate(description["shapes"]):
         bsdf = bsdf_dict(description["bsdfs"][shape["bsdf"]], description["two_sided"])
@@ -82,7 +86,7 @@ def scene_dict(description: dict[str, Any], folder: Path, lit: int | None) -> di
             entry |= {"center": shape["center"], "radius": shape["radius"]}
         found[f"shape{number}"] = entry
     for number, light in enumerate(description["lights"]):
-        body = light_dict(light, number == lit)
+        body = light_dict(light, lit in (number, EVERY))
         if body is not None:
             found[f"light{number}"] = body
     return found

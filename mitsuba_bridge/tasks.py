@@ -11,7 +11,10 @@ import mitsuba as mi
 import numpy as np
 
 from . import phong
-from .render_reference import Array, Progress, reference
+from .patches import patches
+from .race_child import race
+from .render_reference import Array, Progress, reference, tracing
+from .render_spread import spread
 from .scene_dict import bsdf_dict, scene_dict
 
 Task = Callable[[dict[str, Any], Path, Progress], dict[str, Array]]
@@ -86,19 +89,41 @@ def chi_squared(job: dict[str, Any], folder: Path, progress: Progress) -> dict[s
     return {"passed": np.array(float(passed)), "p": np.array(test.p_value)}
 
 
+def _through_centres(scene: Any, job: dict[str, Any]) -> Any:
+    """(h, w, 3), each pixel from rays through its centre: the course's rule, which no film has."""
+    width, height = scene.sensors()[0].film().size()
+    camera = tracing.Camera(scene, width, height, False)
+    mean = tracing.one_pass(scene, camera, np.arange(width * height), job["samples"], job["seed"])
+    return mi.TensorXf(np.ascontiguousarray(mean.reshape(3, height, width).transpose(1, 2, 0), dtype=np.float32))
+
+
 def image(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Array]:
     """A plain `mi.render` of an XML file, for people: not a reference."""
-    found = mi.render(mi.load_file(job["file"]), spp=job["samples"], seed=job["seed"])
+    scene = mi.load_file(job["file"])
+    found = (
+        mi.render(scene, spp=job["samples"], seed=job["seed"]) if not job["centres"] else _through_centres(scene, job)
+    )
     if job["output"] == ".exr":
         mi.Bitmap(found).write(str(folder / "image.exr"))
     return {"image": np.array(found)}
 
 
+def epsilons(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Array]:
+    """By how much shadow rays are lifted off a surface, and stop short of a light; NaN where there is no such rule."""
+    found = [getattr(mi.math, name, np.nan) for name in ("RayEpsilon", "ShadowEpsilon")]
+    newer = hasattr(mi.math, "PositionEpsilon")  # the rule of Mitsuba 3.10
+    return {"epsilons": np.array([np.nan, np.nan] if newer else found, dtype=np.float64)}
+
+
 TASKS: dict[str, Task] = {
     "reference": reference,
+    "race": race,
     "proof": proof,
     "camera_rays": camera_rays,
     "surface": surface,
     "chi_squared": chi_squared,
     "image": image,
+    "patches": patches,
+    "spread": spread,
+    "epsilons": epsilons,
 }

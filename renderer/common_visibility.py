@@ -53,12 +53,14 @@ class CommonVisibility:
     def of(cls, source: Source) -> CommonVisibility:
         """For a source's light and blockers."""
         b = source.blockers
-        if b.hierarchy is None:
+        if b.hierarchy is None or b.offset is not None:  # rays that start off the surface are traced
             return cls(b, b, None)
         found, _ = outline_of(b.geometry, b.hierarchy, source.light)
         return cls(b, replace(b, triangles=b.loose, hierarchy=None) if found else b, found)
 
-    def seen(self, points: Floats, own: Ints, d: Floats, eye: Floats, at_infinity: bool) -> Bools:
+    def seen(
+        self, points: Floats, own: Ints, d: Floats, eye: Floats, at_infinity: bool, normal: Floats | None = None
+    ) -> Bools:
         """Which points see the light point ``eye``.
 
         Parameters
@@ -69,10 +71,12 @@ class CommonVisibility:
             Ellipsoid each point lies on, -1 for none.
         eye : (3, 1) float64
             The light point, or the direction to it.
+        normal : (3, n) float64, optional
+            Unit normals, read by the offset rule alone.
         """
         seen: Bools = np.ones(points.shape[1], dtype=bool)
         if not self.rest.none:
-            seen = self.rest.visible(points, own, d[:, :, None], at_infinity)[:, 0]
+            seen = self.rest.visible(points, own, d[:, :, None], at_infinity, normal)[:, 0]
         if self.outline is not None:
             open_ = np.flatnonzero(seen)
             seen[open_] = ~self._hidden(self.outline, take(points, open_), take(d, open_), eye, at_infinity)

@@ -19,7 +19,7 @@ Ints = NDArray[np.integer[Any]]
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """Surfaces of a scene; equal only to itself, so that what is derived from it can be kept beside it.
+    """Surfaces of a scene; equal to itself alone, so that what is made of it can be kept.
 
     Parameters
     ----------

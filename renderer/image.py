@@ -8,9 +8,10 @@ give the same bits. Passes repeat the whole estimate with fresh randomness: thei
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -19,9 +20,11 @@ from numpy.typing import NDArray
 
 from .camera import pixel_centres
 from .edges import Tolerance, near_edges
-from .estimators.protocol import Estimator
+from .estimators.protocol import Estimator, Routed
 from .geometry import Geometry, build_geometry
-from .needs import LeftOut, Needs, find_needs
+from .needs import LeftOut, Needs, Source, find_needs
+from .ray_offset import RayOffset
+from .recentre import near_origin
 from .scene import Scene
 from .vectors import Floats
 from .view import View, look
@@ -57,6 +60,8 @@ class Image:
     back_faces : int
         Pixels that show the black back of a one-sided surface.
     left_out : tuple of LeftOut
+    routes : dict of str to int
+        For estimators that choose by the point: pixels times lights that took each route, in the first pass.
     """
 
     first: Floats
@@ -72,6 +77,7 @@ class Image:
     back_faces: int
     left_out: tuple[LeftOut, ...]
     clumping: float = 1.0
+    routes: dict[str, int] = field(default_factory=dict)
 
     @property
     def shaded(self) -> NDArray[np.bool_]:
@@ -89,6 +95,7 @@ class Job:
     passes: int
     everything: bool
     tolerance: Tolerance | None
+    offset: RayOffset | None = None
 
 
 @dataclass(frozen=True)
@@ -130,14 +137,27 @@ def _stream(job: Job, tile: Tile, number: int, light: int) -> np.random.Generato
     return np.random.default_rng(np.random.SeedSequence(job.seed, spawn_key=(tile.number, number, light + 1)))
 
 
-def _shade(job: Job, tile: Tile, number: int, view: View, needs: Needs) -> Floats:
+def _shade(job: Job, tile: Tile, number: int, view: View, needs: Needs, routes: Counter[str]) -> Floats:
     """Radiance (3, n): what is seen directly, and every light's share, summed."""
     radiance = view.emission.copy()
     if view.lit.size:
         for source in needs.sources:
-            near = source.seen_from(view.points.position)
-            radiance[:, view.lit] += job.estimator(view.points, near, _stream(job, tile, number, source.index))
+            near = _near(job, source, view)
+            rng = _stream(job, tile, number, source.index)
+            if isinstance(job.estimator, Routed):
+                share, taken = job.estimator.with_routes(view.points, near, rng)
+                routes.update(taken)
+            else:
+                share = job.estimator(view.points, near, rng)
+            radiance[:, view.lit] += share
     return radiance
+
+
+def _near(job: Job, source: Source, view: View) -> Source:
+    """The source with what may block it here. Rays that start off the surface can meet what ours cannot: all of it."""
+    if job.offset is None:
+        return source.seen_from(view.points.position)
+    return replace(source, blockers=replace(source.blockers, offset=job.offset))
 
 
 class _Moments:
@@ -169,7 +189,7 @@ class _Moments:
 def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
     """All passes of one tile: arrays over its pixels (row by row), and its share of each pass's sum."""
     scene = job.scene
-    geometry, needs = prepare(scene, job.everything)
+    geometry, needs = prepare(scene, job.everything or job.offset is not None)
     x, y = pixel_centres(tile.columns, tile.rows)
     n, boxed = x.size, scene.spp > 1
     passes = job.passes if boxed or job.estimator.is_random(needs) else 1
@@ -177,6 +197,7 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
     emitter, background = np.zeros(n), np.zeros(n)
     moments: tuple[_Moments, ...] = ()
     pixels = []
+    routes: Counter[str] = Counter()
     view = look(scene, geometry, x, y)
     if job.tolerance and not boxed:
         unjudged = near_edges(scene, geometry, needs, view, x, y, job.tolerance)
@@ -184,7 +205,9 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
         if boxed:
             u, v = _stream(job, tile, number, -1).random((2, n, scene.spp)) - 0.5
             view = look(scene, geometry, (x[:, None] + u).ravel(), (y[:, None] + v).ravel())
-        radiance = _shade(job, tile, number, view, needs).reshape(3, n, -1).mean(axis=2)
+        radiance = (
+            _shade(job, tile, number, view, needs, routes if number == 0 else Counter()).reshape(3, n, -1).mean(axis=2)
+        )
         emitter += view.emitter.reshape(n, -1).mean(axis=1)
         background += view.background.reshape(n, -1).mean(axis=1)
         back |= view.back.reshape(n, -1).any(axis=1)
@@ -209,6 +232,7 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
         "background": background,
         "unjudged": unjudged,
         "back": back,
+        "routes": routes,
         "pass_sums": np.array([image[shaded].sum() for image in pixels]),
     }
 
@@ -223,6 +247,7 @@ def render(
     progress: Progress | None = None,
     everything: bool = False,
     tolerance: Tolerance | None = None,
+    offset: RayOffset | None = None,
 ) -> Image:
     """Render a scene.
 
@@ -242,19 +267,25 @@ def render(
         Leave nothing out (see `needs`).
     tolerance : Tolerance, optional
         Mark pixels this close to an edge.
+    offset : RayOffset, optional
+        Trace shadow rays by another renderer's rule, to be wrong as it is.
 
     Returns
     -------
     Image
     """
-    job = Job(scene, estimator, seed, passes, everything, tolerance)
+    if offset is None:  # another renderer's rule knows where the origin is
+        scene = near_origin(scene)
+    job = Job(scene, estimator, seed, passes, everything, tolerance, offset)
     common = getattr(estimator, "common", False)  # one light point at a time: a tile's memory does not grow with them
     parts = tiles(scene, 1 if common else estimator.samples)
-    _, needs = prepare(scene, everything)
+    _, needs = prepare(scene, everything or offset is not None)
     arrays: dict[str, Any] = {}
     pass_sums: dict[int, Floats] = {}
+    routes: Counter[str] = Counter()
     for done, (tile, result) in enumerate(_run(job, parts, executor), start=1):
         pass_sums[tile.number] = result.pop("pass_sums")
+        routes += result.pop("routes")
         window = (..., slice(tile.rows.start, tile.rows.stop), slice(tile.columns.start, tile.columns.stop))
         for name, values in result.items():
             shape = values.shape[:-1]
@@ -273,6 +304,7 @@ def render(
         back_faces=back,
         left_out=needs.left_out,
         clumping=_clumping(sums, arrays["pixel_variance"][shaded]) if common else 1.0,
+        routes=dict(sorted(routes.items())),
     )
 
 

@@ -28,6 +28,22 @@ def unit_square(rng: np.random.Generator, n: int, samples: int, stratified: bool
     return u, v
 
 
+def lattice(rng: np.random.Generator, n: int, samples: int) -> tuple[Floats, Floats]:
+    """(u, v) in [0, 1)^2 for n points, each (n, samples): a rank-1 lattice, shifted at random for every point.
+
+    Korobov's lattice k (1, a) / N, with a the whole number nearest N over the golden ratio that shares no factor
+    with N: Fibonacci's lattice where N is a Fibonacci number, and as even in between. The shift modulo one
+    (Cranley & Patterson 1976) makes each point uniform.
+    """
+    a = min((a for a in range(1, samples + 1) if math.gcd(a, samples) == 1), key=lambda a: abs(a - samples / GOLDEN))
+    k = np.arange(samples)
+    first, second = rng.random((2, n, 1))
+    return (k / samples + first) % 1.0, (k * a % samples / samples + second) % 1.0
+
+
+GOLDEN = (1 + math.sqrt(5)) / 2
+
+
 def quad_beams(light: QuadLight, points: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]:
     """Directions to corner + u ab + v ac and the solid angle each stands for.
 

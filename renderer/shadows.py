@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from .bvh import Hierarchy
 from .geometry import Geometry, Ints
 from .pairs import take
+from .ray_offset import RayOffset
 from .vectors import Floats, dot, transform
 from .watertight import SLOPE_ULPS, edge_functions, largest, one_norm
 
@@ -54,12 +55,15 @@ class Blockers:
         Indices of the candidates.
     hierarchy : Hierarchy, optional
         Over the last of ``triangles``, where they are many.
+    offset : RayOffset, optional
+        Another renderer's rule for shadow rays; None is ours.
     """
 
     geometry: Geometry
     triangles: Ints
     ellipsoids: Ints
     hierarchy: Hierarchy | None = None
+    offset: RayOffset | None = None
 
     @classmethod
     def everything(cls, geometry: Geometry) -> Blockers:
@@ -121,7 +125,9 @@ class Blockers:
         centre, half = self.hierarchy.centre, self.hierarchy.half
         return bool(((low > centre + half) | (high < centre - half)).any())
 
-    def visible(self, points: Floats, own_ellipsoid: Ints, d: Floats, at_infinity: bool) -> Bools:
+    def visible(
+        self, points: Floats, own_ellipsoid: Ints, d: Floats, at_infinity: bool, normal: Floats | None = None
+    ) -> Bools:
         """Which light points each shading point sees.
 
         Parameters
@@ -131,11 +137,15 @@ class Blockers:
             Ellipsoid each point lies on, -1 for none.
         d : (3, n, k) float64
             From each point to its k light points; with ``at_infinity`` directions of any length.
+        normal : (3, n) float64, optional
+            Unit normals, read by the offset rule alone.
 
         Returns
         -------
         (n, k) bool
         """
+        if self.offset is not None and normal is not None:
+            points, d = self.offset.moved(points, normal, d, at_infinity)
         hidden = np.zeros(d.shape[1:], dtype=bool)
         loose = self.loose
         if loose.size:

@@ -13,6 +13,7 @@ import numpy as np
 from .closed_forms.irradiance import irradiance
 from .closed_forms.phong_lobe import phong_lobe
 from .closed_forms.sun import sun_irradiance
+from .geometry import Ints
 from .light_points import colour, sun_directions
 from .scene import QuadLight, SunLight
 from .shading import ShadingPoints, reflect
@@ -31,16 +32,26 @@ def quad_patch(points: ShadingPoints, corner: Floats, ab: Floats, ac: Floats, gl
         Emits on the side of -(ab x ac).
     """
     facing = dot(cross(ab, ac), corner - points.position) > 0
-    value, _ = irradiance(points.position, points.normal, corner, ab, ac)
-    out = points.diffuse * (value * facing / math.pi)
+    heights = [dot(points.normal, v - points.position) for v in (corner, corner + ab, corner + ac, corner + ab + ac)]
+    lit = np.flatnonzero(facing & (np.maximum.reduce(heights) > 0))  # the others are the dearest, and get nothing
+    out = np.zeros_like(points.position)
+    if lit.size:
+        where = [_of(v, lit) for v in (corner, ab, ac)]
+        value, _ = irradiance(points.position[:, lit], points.normal[:, lit], *where)
+        out[:, lit] = points.diffuse[:, lit] * (value / math.pi)
     if glossy:
         shiny = np.flatnonzero((points.specular > 0).any(axis=0) & facing)
         if shiny.size:
             few = points.take(shiny)
-            where = [v if v.shape[1] == 1 else v[:, shiny] for v in (corner, ab, ac)]
+            where = [_of(v, shiny) for v in (corner, ab, ac)]
             power, _ = phong_lobe(few.position, few.normal, few.mirror, few.shininess, *where)
             out[:, shiny] += few.specular * ((few.shininess + 2) / (2 * math.pi) * power)
     return out
+
+
+def _of(v: Floats, index: Ints) -> Floats:
+    """The chosen columns of vectors that may be one for all."""
+    return v if v.shape[1] == 1 else v[:, index]
 
 
 def quad_light(points: ShadingPoints, light: QuadLight, glossy: bool) -> Floats:

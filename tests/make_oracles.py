@@ -1,4 +1,4 @@
-"""Writes tests/oracles/stiff.json and random.json: python tests/make_oracles.py. Ten minutes; mpmath alone.
+"""Writes experiments/oracles/stiff.json and random.json: python tests/make_oracles.py. Ten minutes; mpmath alone.
 
 A case: kind (E irradiance, I lobe), name, x, n, P, e1, e2, w, s, oracle (25 digits, for exactly the float64 numbers
 written) and condition: how many times a relative change of the inputs is found again in the value, the largest of
@@ -206,7 +206,7 @@ def write(path: Path, cases: list[Case]) -> None:
 
 
 def main() -> None:
-    folder = Path(__file__).parent / "oracles"
+    folder = Path(__file__).parent.parent / "experiments" / "oracles"
     folder.mkdir(exist_ok=True)
     with mp.workdps(40):
         for name, cases, conditions in (

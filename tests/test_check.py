@@ -10,7 +10,8 @@ import pytest
 from builders import floor, lamp, scene
 
 from experiments import check as check_module
-from experiments.check import Question, References, as_claimed, check, seeds
+from experiments.check import Question, References, check, seeds
+from experiments.check_rows import as_claimed
 from experiments.results import exit_code
 from experiments.statistics import Level
 from mitsuba_bridge import reference as reference_module
@@ -162,11 +163,11 @@ def test_scenes_that_look_alike_share_a_reference(monkeypatch):
 
 
 def test_claims():
-    assert as_claimed("unbiased", "agrees", 0) is True
-    assert as_claimed("unbiased", "differs", 0) is False
-    assert as_claimed("exact", "undecided", 0) is None
-    assert as_claimed("biased", "differs", 0) is True
-    assert as_claimed("biased", "agrees", 1) is False
+    assert as_claimed("unbiased", "agrees", False) is True
+    assert as_claimed("unbiased", "differs", False) is False
+    assert as_claimed("exact", "undecided", False) is None
+    assert as_claimed("biased", "differs", False) is True
+    assert as_claimed("biased", "agrees", True) is False
     assert exit_code([]) == 1  # nothing measured is a failure
 
 

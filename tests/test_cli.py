@@ -85,6 +85,17 @@ def test_the_row_can_be_made_again_from_its_command(small, tmp_path):
     assert row == same
 
 
+def test_until_decided_keeps_its_passes_under_out(small, tmp_path):
+    out = tmp_path / "out"
+    options = ("--until-decided", "--budget", 60, "--margin", 0.02, "--samples", 4, "--out", out, "--json", "-")
+    status, printed, error = run("check", small, *options)
+    assert status == 0, error
+    row = json.loads(printed)["rows"][0]
+    assert row["looks"] >= 1
+    assert "--until-decided" in row["command"]
+    assert {path.name for path in (out / "passes").rglob("*.npz")} == {"ours-1.npz", "reference-noisy-1.npz"}
+
+
 def test_render_writes_each_format(small, tmp_path):
     for name in ("a.png", "a.exr", "a.npy"):
         assert run("render", small, "-o", tmp_path / name)[0] == 0
@@ -178,6 +189,8 @@ def test_bad_scenes_are_one_clear_error_and_nothing_is_written(tmp_path, case, c
         ("check", "quad", "--margin", "0"),
         ("check", "quad", "--margin", "nan"),
         ("check", "quad", "--alpha", "-1"),
+        ("check", "quad", "--until-decided"),
+        ("check", "quad", "--shadow-origin", "elsewhere"),
         ("check", "quad", "--seed", "-1"),
         ("render", "quad"),
         ("render", "quad", "-o", "image.jpg"),
@@ -199,3 +212,19 @@ def test_the_module_is_the_command():
         [sys.executable, "-m", "experiments", "--version"], capture_output=True, text=True, check=True
     )
     assert "0.1.0" in result.stdout
+
+
+def test_pixels_by_area_from_the_command_line(tmp_path):
+    image = tmp_path / "area.npy"
+    asked = ["render", "near-light", "--pixel-rule", "area", "-o", str(image)]
+    found = CliRunner().invoke(main, [*asked, "--tolerance", "1e-2"])
+    assert found.exit_code == 0, found.output
+    by_area = np.load(image)
+    assert CliRunner().invoke(main, ["render", "near-light", "-o", str(image)]).exit_code == 0
+    at_centres = np.load(image)
+    assert by_area.shape == at_centres.shape
+    changed = (np.abs(by_area - at_centres) > 0.02).any(axis=2)
+    assert 0 < changed.mean() < 0.1  # edges alone
+    refused = CliRunner().invoke(main, [*asked, "--tolerance", "2"])
+    assert refused.exit_code == 2
+    assert "tolerance" in refused.output

@@ -15,7 +15,7 @@ import renderer.closed_forms.lambert_formula as lambert_module
 from renderer.closed_forms.irradiance import irradiance
 from renderer.closed_forms.phong_lobe import phong_lobe
 
-FOLDER = Path(__file__).parent / "oracles"
+FOLDER = Path(__file__).parent.parent / "experiments" / "oracles"
 STIFF = json.loads((FOLDER / "stiff.json").read_text())
 RANDOM = json.loads((FOLDER / "random.json").read_text())
 EPS = 2.0**-52

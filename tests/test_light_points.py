@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from renderer.light_points import beams, quad_beams, sun_directions, unit_square
+from renderer.light_points import beams, lattice, quad_beams, sun_directions, unit_square
 from renderer.scene import DirectionalLight, PointLight, QuadLight, SunLight
 from renderer.vectors import column, cross, dot, frame, unit
 
@@ -31,6 +31,23 @@ def test_area_samples_are_uniform_over_a_sheared_parallelogram():
     cells, *_ = np.histogram2d(s, t, bins=(11, 13), range=((0, 1), (0, 1)))
     assert cells.sum() == 200_000
     assert chi_squared_p(cells, np.full(cells.shape, 200_000 / cells.size)) > FALSE_ALARM
+
+
+@pytest.mark.parametrize("samples", [1, 2, 7, 16, 34, 55])
+def test_a_shifted_lattice_has_one_point_in_each_slice_and_each_point_is_uniform(samples):
+    u, v = lattice(np.random.default_rng(2), 20_000, samples)
+    assert u.shape == v.shape == (20_000, samples)
+    assert min(u.min(), v.min()) >= 0
+    assert max(u.max(), v.max()) < 1
+    for w in (u, v):
+        steps = np.diff(np.sort(w, axis=1), axis=1)
+        np.testing.assert_allclose(steps, 1 / samples, rtol=1e-9)
+    cells, *_ = np.histogram2d(u[:, samples // 2], v[:, samples // 2], bins=7, range=((0, 1), (0, 1)))
+    assert chi_squared_p(cells, np.full(cells.shape, 20_000 / 49)) > FALSE_ALARM
+    if samples == 34:  # Fibonacci's: no two points closer than about 1/sqrt(N)
+        du, dv = (np.abs(w[0, :, None] - w[0, None]) for w in (u, v))
+        near = np.hypot(np.minimum(du, 1 - du), np.minimum(dv, 1 - dv)) + np.eye(samples)
+        assert near.min() > 0.8 / math.sqrt(samples)
 
 
 def test_the_chi_squared_test_catches_a_density_that_is_a_tenth_off():

@@ -7,12 +7,12 @@ import pytest
 from builders import floor, geometry, lamp, scene, sphere_mesh
 
 from experiments.meshes import displaced_sphere, many_small, torus_knot
-from renderer import primary
 from renderer.bvh import Hierarchy
 from renderer.camera import pixel_centres, primary_directions
 from renderer.estimators import Area
 from renderer.geometry import build_geometry
 from renderer.image import render
+from renderer.image_boxes import ImageBoxes
 from renderer.primary import first_hits
 from renderer.scene import Mesh
 from renderer.shadows import Blockers, crosses
@@ -43,14 +43,15 @@ def test_binned_camera_rays_hit_what_testing_every_triangle_hits(shape, jitter, 
     pixel = primary_directions(s, np.array([0, 1.0, 0]), np.array([0, 0, 1.0]))
     origin = column(s.camera.position)
     asked = []
-    monkeypatch.setattr(primary._Pencil, "_dense", lambda *_: asked.append(1))
+    monkeypatch.setattr(ImageBoxes, "_dense", lambda *_: asked.append(1))
     binned = first_hits(g, origin, d, pixel)
     assert not asked  # the control: the other path was not taken
     monkeypatch.undo()
     every = first_hits(g, origin, d)
     assert (every.surface == 0).sum() > 60
-    for name in ("surface", "position", "normal", "distance"):
+    for name in ("surface", "position", "normal"):
         np.testing.assert_array_equal(getattr(binned, name), getattr(every, name))
+    np.testing.assert_allclose(binned.distance, every.distance, rtol=1e-15)  # h / n.d, and one over n/h . d
 
 
 def rays(mesh: Mesh, n: int, seed: int = 0):

@@ -9,7 +9,7 @@ from test_many_triangles import made
 
 from experiments.meshes import displaced_sphere, many_small, torus_knot
 from renderer.closed_forms.irradiance import irradiance
-from renderer.estimators import CommonPointsFixed, Contour
+from renderer.estimators import CommonPointsFixed, Exact
 from renderer.estimators.common_points import hidden, lattice
 from renderer.image import prepare, render
 from renderer.needs import Source
@@ -171,15 +171,15 @@ def test_finer_strips_agree_where_edges_cross():
 def test_a_mesh_over_a_floor_is_rendered_without_noise_and_as_light_points_find_it():
     s = scene(made(torus_knot, 800, 0.7, (0, 1, 0)), floor(), lights=(lamp(2.5),), size=(20, 15))
     _, needs = prepare(s)
-    assert not Contour().is_random(needs)
-    image = render(s, Contour(), passes=2)
+    assert not Exact().is_random(needs)
+    image = render(s, Exact(), passes=2)
     assert not image.variance.any()
     sampled = render(s, CommonPointsFixed(samples=377))
     size = np.sqrt((image.mean**2).mean())
     assert np.abs(image.mean - sampled.mean).max() < 0.05 * size
     assert np.sqrt(((image.mean - sampled.mean) ** 2).mean()) < 4e-3 * size
     glossy = s.with_(meshes=tuple(Mesh(m.vertices, m.triangles, Material((0.5,) * 3, (0.2,) * 3, 9)) for m in s.meshes))
-    assert Contour().is_random(prepare(glossy)[1])
+    assert Exact().is_random(prepare(glossy)[1])
 
 
 def test_what_it_cannot_do_is_refused():

@@ -15,7 +15,7 @@ FALSE_ALARM = 1e-6
 
 def test_level_splits_the_declared_rate_and_no_more():
     level = Level(1e-3, rows=11)
-    spent = 11 * (level.pooled + TILES**2 * level.tile + level.rest)
+    spent = 11 * (level.pooled + TILES**2 * level.tile + 3 * level.rest)
     assert spent == pytest.approx(1e-3, rel=1e-12)
 
 
@@ -27,7 +27,7 @@ def test_pooled_bias_is_the_mean_with_both_sides_noise():
     b = sum((x - passes.mean()) ** 2 for x in passes) / 31 / 32
     assert bias.value == pytest.approx(sum(difference.tolist()) / 500, rel=1e-12)
     assert bias.standard_error == pytest.approx(math.sqrt(a + b), rel=1e-12)
-    freedom = (a + b) ** 2 / (a**2 / resting_on(noise) + b**2 / 31)
+    freedom = (a + b) ** 2 / (a**2 / (2 * resting_on(noise)) + b**2 / 31)
     assert bias.freedom == pytest.approx(freedom, rel=1e-12)
 
 

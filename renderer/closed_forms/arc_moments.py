@@ -26,10 +26,16 @@ ELLIPSES = (1.4, 2.2, 3.5, 6.0, 12.0, 40.0)
 """Parameters r tried."""
 CUTS = 5
 """How often a panel may be halved."""
+GRADED = 30
+"""How often one that ends where t = 0 may be: of its halves only one ends there."""
+LEAST = 1e-3
+"""Circles whose t stays below it are not halved further."""
+LOW = 0.3
+"""Below it t itself is taken instead of 1 - t^2, which has lost it."""
 AT_ONCE = 16384
 """Values at once: their arrays fit into the cache."""
-FULL, TAIL, FAR = range(3)
-"""J2 as it stands; without its 1, relative to the peak; the same far from w, where t is small."""
+FULL, TAIL, FAR, FULL_LOW = range(4)
+"""J2 as it stands; without its 1, relative to the peak; the same far from w, where t is small; as it stands there."""
 
 
 @dataclass(frozen=True)
@@ -93,9 +99,12 @@ def moments(panels: Panels, count: int) -> tuple[Floats, Floats, Floats]:
     kind = np.searchsorted(np.array(NODES[:-1]), asked)
     error = tolerance * np.exp(np.minimum(rate * np.maximum(asked - NODES[-1], 0), 80))
     totals[2] += np.bincount(panels.owner, error, minlength=count)
-    for form in (FULL, TAIL, FAR):
+    nearest = np.cos(np.maximum(panels.middle - panels.half, 0)) * panels.c
+    low = (panels.form == FULL) & (nearest < LOW)
+    form_of = np.where(low, FULL_LOW, panels.form)
+    for form in (FULL, FULL_LOW, TAIL, FAR):
         for number, nodes in enumerate(NODES):
-            here = np.flatnonzero((panels.form == form) & (kind == number))
+            here = np.flatnonzero((form_of == form) & (kind == number))
             for start in range(0, here.size, AT_ONCE // nodes):
                 few = panels.take(here[start : start + AT_ONCE // nodes])
                 for total, part in zip(totals, _sums(few, form, nodes), strict=False):
@@ -106,9 +115,12 @@ def moments(panels: Panels, count: int) -> tuple[Floats, Floats, Floats]:
 def _cut_to_fit(panels: Panels) -> tuple[Panels, Floats, Floats, Floats]:
     """Panels, halved as long as they ask for many nodes, and what `nodes_needed` says of them."""
     done: list[tuple[Any, ...]] = []
-    for _ in range(CUTS):
+    for number in range(GRADED):
         asked, tolerance, rate = nodes_needed(panels)
         many = asked > NODES[-2]
+        if number >= CUTS:
+            ends = np.abs(np.pi / 2 - panels.middle - panels.half) < panels.half / 2
+            many &= (asked == np.inf) & (panels.c > LEAST) & ends
         kept = np.flatnonzero(~many)
         done.append((panels.take(kept), asked[kept], tolerance[kept], rate[kept]))
         panels = panels.take(np.flatnonzero(many)).cut()
@@ -132,13 +144,13 @@ def _sums(k: Panels, form: int, nodes: int) -> tuple[Floats, Floats]:
     z *= 1 - k.q2
     z += k.q2
     np.clip(z, np.finfo(z.dtype).tiny, 1 - eps, out=z)
-    if form == FAR:
+    if form in (FAR, FULL_LOW):
         log = np.log(np.maximum(np.cos(phi) * k.c, 1e-30))  # t itself: 1 - z has lost it
         log *= k.s
     else:
         log = np.log1p(-z)
         log *= k.s / 2
-    if form == FULL:
+    if form in (FULL, FULL_LOW):
         fall = np.expm1(log)
         power = fall + 1
         fall /= -z
@@ -178,15 +190,46 @@ def nodes_needed(k: Panels) -> tuple[Floats, Floats, Floats]:
         bulge = k.s / 2 * b2 * (1 + b2) / np.maximum(least, 1e-15) ** 2
         log_m2 = there + np.where(fall < 2 * bulge, bulge + fall * fall / np.maximum(4 * bulge, 1e-30), fall)
         log_m = np.where((least > 0) & (log_m2 < log_m), log_m2, log_m)
+        # A whole exponent has no branch at t = 0: |cos| <= cosh(b), and |1 + t| >= 2/3 as far as 1.84.
+        whole = ~tail & (k.s == np.floor(k.s)) & (a2 >= (np.pi / 2) ** 2) & (a2 < 3.38) & (b2 < 0.25)
+        log_m = np.where(whole, base + k.s / 2 * b2, log_m)
         m = np.exp(np.minimum(log_m, 600.0))
         gap = np.maximum(pole_c - c, 1e-6)
         # |sin x - sin y| >= 0.6 |x - y| here, and twice: 1 - t^2 has two poles' factors.
         inverse = np.where(
-            tail, m / np.maximum(0.36 * (k.c * k.half * gap) ** 2, 1e-30), (k.s / 2 + 1) * np.maximum(m, 1)
+            tail, m / np.maximum(0.36 * (k.c * k.half * gap) ** 2, 1e-30), (1.5 * k.s + 1) * np.maximum(m, 1)
         )
         error = 64 / 15 / (1 - r**-2) * k.half * (k.weight1 * m + k.weight2 * inverse)
-        fits = ((a2 < 2.4674) | (k.s == 0)) & (b2 < 4) & (~tail | (pole_c > 1.02 * c))  # short of t = 0
+        fits = (
+            ((a2 < (np.pi / 2) ** 2) | (k.s == 0) | whole) & (b2 < 4) & (~tail | (pole_c > 1.02 * c))
+        )  # short of t = 0
         needed = np.where(fits, np.log(error / tolerance) / (2 * np.log(r)), np.inf)
         rate = np.where(needed < best, 2 * np.log(r), rate)
         best = np.minimum(best, needed)
+    # Where t = 0 ends every ellipse: t^s too small to count (the rule errs by twice the integral), and the 1 of J2.
+    cut = np.flatnonzero(best == np.inf)
+    if cut.size:
+        few, rest = k.take(cut), z[cut]
+        top = np.exp(base[cut] + few.s * np.log(np.maximum(np.cos(near[cut]), 1e-30)))
+        lost = 8 * few.half * top * (few.weight1 + few.weight2 / rest)
+        smooth = _nodes_for_one(few, pole_c[cut], tolerance[cut])
+        little = (few.s > 0) & (lost < eps * (few.weight1 + few.weight2 * largest[cut]))  # and added to the bound
+        best[cut] = np.where(little, np.where(tail[cut], NODES[0], smooth), np.inf)
+        tolerance[cut] += np.where(little, lost, 0)
     return best, tolerance, rate
+
+
+def _nodes_for_one(k: Panels, pole_c: Floats, tolerance: Floats) -> Floats:
+    """Nodes for the integral of 1 / (1 - t^2), smooth through t = 0."""
+    best = np.full(k.half.shape, np.inf)
+    for r in ELLIPSES:
+        c, s = (r + 1 / r) / 2, (r - 1 / r) / 2
+        gap = np.maximum(pole_c - c, 1e-6)
+        # |sin x - sin y| >= 0.5 |x - y| up to 1.84, and twice.
+        inverse = 1 / np.maximum(0.25 * (k.c * k.half * gap) ** 2, 1e-30)
+        # Far from its poles, as on a circle that keeps away from w, it is below 2 / q^2.
+        apart = 1 / np.maximum(k.q2 - (k.c * np.sinh(k.half * s)) ** 2, 1e-30)
+        error = 64 / 15 / (1 - r**-2) * k.half * k.weight2 * np.minimum(inverse, apart)
+        fits = (k.middle + k.half * c < 1.84) & (k.half * s < 1) & (pole_c > 1.02 * c)
+        best = np.where(fits, np.minimum(best, np.log(error / tolerance) / (2 * np.log(r))), best)
+    return best

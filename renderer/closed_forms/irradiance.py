@@ -16,13 +16,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, DTypeLike
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ..vectors import Floats, cross, dot
 from .area_fan import irradiance_by_area
 from .lambert_formula import lambert
 from .polygon_clip import Bools, exponent_scale
 from .small_patch import LARGEST, NODES, nodes_for, size_over_distance, small_irradiance
+
+Ints = NDArray[np.int8]
 
 BLOCK = 4096
 """Points at once: their arrays fit into the cache."""
@@ -61,22 +63,44 @@ def irradiance(
     Relative error measured over the stiff cases, median / 95 % / largest: float64 2e-16 / 6e-16 / 2e-14, float32
     3e-8 / 2e-7 / 1e-6 (above the range of float32). No bound violated; the largest error is 0.17 of its bound.
     """
-    kind = np.dtype(dtype)
-    count = np.shape(points)[1]
-    given = tuple(_vectors(v, count) for v in (points, normals, corner, ab, ac))
-    value, error = np.zeros(count), np.zeros(count)
+    value, bound, _ = _answers((points, normals, corner, ab, ac), np.dtype(dtype))
+    return value, bound
+
+
+FORMS = ("below the horizon", "small_patch", "lambert_formula", "area_fan")
+"""Who may answer, in the order of their price."""
+
+
+def irradiance_form(
+    points: Floats, normals: Floats, corner: Any, ab: Any, ac: Any, dtype: DTypeLike = np.float64
+) -> list[str]:
+    """Which of `FORMS` gives each point's irradiance; the arguments are those of `irradiance`."""
+    return [FORMS[k] for k in _answers((points, normals, corner, ab, ac), np.dtype(dtype))[2]]
+
+
+def _answers(vectors: tuple[Any, ...], kind: np.dtype[Any]) -> tuple[Floats, Floats, Ints]:
+    """Value, bound and index into `FORMS`."""
+    count = np.shape(vectors[0])[1]
+    given = tuple(_vectors(v, count) for v in vectors)
+    value, error, form = np.zeros(count), np.zeros(count), np.zeros(count, dtype=np.int8)
     for start in range(0, count, BLOCK):
         some = slice(start, start + BLOCK)
-        value[some], error[some] = _closed_forms(tuple(v[:, some] for v in given), kind)
+        value[some], error[some], form[some] = _closed_forms(tuple(v[:, some] for v in given), kind)
     bound = np.divide(error, value, out=np.zeros(count), where=value > 0)
     bad = np.flatnonzero(~(error <= GOOD[kind] * value))
     for start in range(0, bad.size, BLOCK):
         few = bad[start : start + BLOCK]
         taken = tuple(v[:, few] for v in given)
-        again = irradiance(*taken) if kind != np.float64 else irradiance_by_area(*_scaled(taken))
+        again = _answers(taken, np.dtype(np.float64)) if kind != np.float64 else _by_area(taken)
         better = again[1] < np.where(value[few] > 0, bound[few], 1.01)
-        value[few], bound[few] = np.where(better, again[0], value[few]), np.where(better, again[1], bound[few])
-    return _rounded(value, bound, kind)
+        for mine, other in zip((value, bound, form), again, strict=True):
+            mine[few] = np.where(better, other, mine[few])
+    return *_rounded(value, bound, kind), form
+
+
+def _by_area(given: tuple[Floats, ...]) -> tuple[Floats, Floats, Ints]:
+    value, bound = irradiance_by_area(*_scaled(given))
+    return value, bound, np.full(value.shape, FORMS.index("area_fan"), dtype=np.int8)
 
 
 def _rounded(value: Floats, bound: Floats, kind: np.dtype[Any]) -> tuple[Floats, Floats]:
@@ -97,8 +121,8 @@ def _scaled(given: tuple[Floats, ...]) -> tuple[Floats, ...]:
     return points * scale, normals * exponent_scale(normals), corner * scale, ab * scale, ac * scale
 
 
-def _closed_forms(given: tuple[Floats, ...], kind: np.dtype[Any]) -> tuple[Floats, Floats]:
-    """Values and absolute error bounds in working precision; infinite where the light may be seen edge-on."""
+def _closed_forms(given: tuple[Floats, ...], kind: np.dtype[Any]) -> tuple[Floats, Floats, Ints]:
+    """Values, absolute error bounds and forms in working precision; infinite where the light may be seen edge-on."""
     points, normals, corner, ab, ac = _scaled(given)
     n = (normals / np.sqrt(np.maximum(dot(normals, normals), 1e-300))).astype(kind)
     p, e1, e2 = (v.astype(kind) for v in (corner - points, ab, ac))
@@ -112,9 +136,10 @@ def _closed_forms(given: tuple[Floats, ...], kind: np.dtype[Any]) -> tuple[Float
         smallest = limit
     _fill(value, error, above & (size > LARGEST), lambert, (p, e1, e2, n), False)
     _fill(value, error, ~above & ~below, lambert, (p, e1, e2, n), True)
+    form = np.where(below, 0, np.where(size <= LARGEST, 1, 2)).astype(np.int8)
     size = np.sqrt(dot(e1, e1) * dot(e2, e2) * dot(p, p))
     flat = np.abs(dot(cross(e1, e2), p)) <= 16 * np.finfo(kind).eps * size
-    return value, np.where(flat & ~below, np.inf, error)
+    return value, np.where(flat & ~below, np.inf, error), form
 
 
 def _fill(value: Floats, error: Floats, where: Bools, form: Any, vectors: tuple[Floats, ...], option: Any) -> None:

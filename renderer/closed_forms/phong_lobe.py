@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from ..vectors import Floats, cross, dot
-from .irradiance import _rounded, _sides, _vectors
+from .irradiance import Ints, _rounded, _sides, _vectors
 from .lobe_edges import lobe_by_edges
 from .lobe_fan import lobe_by_area
 from .lobe_small import small_lobe
@@ -73,14 +73,38 @@ def phong_lobe(
     float64 9e-16 / 6e-15 / 7e-14, float32 2e-8 / 5e-7 / 3e-6; over 62 chosen ones, exponents to 1e6: float64
     2e-16 / 1e-14 / 5e-13. No bound violated; the median bound is a hundred times the error.
     """
-    kind = np.dtype(dtype)
-    count = np.shape(points)[1]
+    value, bound, _ = _answers((points, normals, mirror, corner, ab, ac), exponent, np.dtype(dtype))
+    return value, bound
+
+
+FORMS = ("below a horizon", "small_lobe", "lobe_by_edges", "lobe_by_area")
+"""Who may answer, in the order of their price."""
+
+
+def phong_lobe_form(
+    points: Floats,
+    normals: Floats,
+    mirror: Floats,
+    exponent: ArrayLike,
+    corner: Any,
+    ab: Any,
+    ac: Any,
+    dtype: DTypeLike = np.float64,
+) -> list[str]:
+    """Which of `FORMS` gives each point's lobe; the arguments are those of `phong_lobe`."""
+    _, _, form = _answers((points, normals, mirror, corner, ab, ac), exponent, np.dtype(dtype))
+    return [FORMS[k] for k in form]
+
+
+def _answers(vectors: tuple[Any, ...], exponent: ArrayLike, kind: np.dtype[Any]) -> tuple[Floats, Floats, Ints]:
+    """Value, bound and index into `FORMS`."""
+    count = np.shape(vectors[0])[1]
     s = np.broadcast_to(np.asarray(exponent, dtype=np.float64), (count,))
-    given = tuple(_vectors(v, count) for v in (points, normals, mirror, corner, ab, ac))
-    value, error = np.zeros(count), np.zeros(count)
+    given = tuple(_vectors(v, count) for v in vectors)
+    value, error, form = np.zeros(count), np.zeros(count), np.zeros(count, dtype=np.int8)
     for start in range(0, count, BLOCK):
         some = slice(start, start + BLOCK)
-        value[some], error[some] = _closed_forms(tuple(v[:, some] for v in given), s[some], kind)
+        value[some], error[some], form[some] = _closed_forms(tuple(v[:, some] for v in given), s[some], kind)
     lost = error < 0
     bound = np.divide(error, value, out=np.where(lost, 1.0, 0.0), where=value > 0)
     good, more = GOOD[kind]
@@ -91,17 +115,18 @@ def phong_lobe(
         taken = tuple(v[:, few] for v in given)
         again = _once_more(taken, s[few], kind)
         better = again[1] < np.where(value[few] > 0, bound[few], 1.01)
-        value[few], bound[few] = np.where(better, again[0], value[few]), np.where(better, again[1], bound[few])
-    return _rounded(value, bound, kind)
+        for mine, other in zip((value, bound, form), again, strict=True):
+            mine[few] = np.where(better, other, mine[few])
+    return *_rounded(value, bound, kind), form
 
 
-def _once_more(given: tuple[Floats, ...], s: Floats, kind: np.dtype[Any]) -> tuple[Floats, Floats]:
+def _once_more(given: tuple[Floats, ...], s: Floats, kind: np.dtype[Any]) -> tuple[Floats, Floats, Ints]:
     """In float64 what float32 could not do, in double-double what float64 could not."""
-    points, normals, mirror, corner, ab, ac = given
     if kind != np.float64:
-        return phong_lobe(points, normals, mirror, s, corner, ab, ac)
+        return _answers(given, s, np.dtype(np.float64))
     points, normals, mirror, corner, ab, ac = _scaled(given)
-    return lobe_by_area(points, normals, mirror, s, corner, ab, ac)
+    value, bound = lobe_by_area(points, normals, mirror, s, corner, ab, ac)
+    return value, bound, np.full(s.shape, FORMS.index("lobe_by_area"), dtype=np.int8)
 
 
 def _scaled(given: tuple[Floats, ...]) -> tuple[Floats, ...]:
@@ -112,8 +137,8 @@ def _scaled(given: tuple[Floats, ...]) -> tuple[Floats, ...]:
     return points * scale, *directions, corner * scale, ab * scale, ac * scale
 
 
-def _closed_forms(given: tuple[Floats, ...], s: Floats, kind: np.dtype[Any]) -> tuple[Floats, Floats]:
-    """Values and absolute error bounds in working precision.
+def _closed_forms(given: tuple[Floats, ...], s: Floats, kind: np.dtype[Any]) -> tuple[Floats, Floats, Ints]:
+    """Values, absolute error bounds and forms in working precision.
 
     Infinite where the light may be seen edge-on, -1 where t^s is below the range of numbers.
     """
@@ -127,13 +152,15 @@ def _closed_forms(given: tuple[Floats, ...], s: Floats, kind: np.dtype[Any]) -> 
     whole = np.flatnonzero(above_n & above_w)
     taken = tuple(v[..., whole] for v in vectors)
     value[whole], error[whole] = small_lobe(*taken)
+    form = np.where(below_n | below_w, 0, 1).astype(np.int8)
     rest = whole[~np.isfinite(error[whole])]
     cut = np.flatnonzero(~(above_n & above_w) & ~below_n & ~below_w)
     for index, clip in ((rest, False), (cut, True)):
         if index.size:
             p, e1, e2, n, w, few = (v[..., index] for v in vectors)
             value[index], error[index] = lobe_by_edges(p, e1, e2, n, w, few, clip)
+            form[index] = 2
     p, e1, e2 = vectors[:3]
     size = np.sqrt(dot(e1, e1) * dot(e2, e2) * dot(p, p))
     flat = np.abs(dot(cross(e1, e2), p)) <= 16 * np.finfo(kind).eps * size
-    return value, np.where(flat & ~below_n & ~below_w, np.inf, error)
+    return value, np.where(flat & ~below_n & ~below_w, np.inf, error), form

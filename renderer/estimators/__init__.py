@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from .analytic import Analytic
 from .area import Area
+from .area_lattice import AreaLattice
 from .common_points import CommonPoints, CommonPointsFixed
-from .contour import Contour
 from .control_variate import ControlVariate
+from .exact import Exact
 from .protocol import Claim, Estimator
 from .visibility_analytic import VisibilityAnalytic
 from .visibility_centre import VisibilityCentre
@@ -18,24 +19,26 @@ from .visibility_centre import VisibilityCentre
 ESTIMATORS: tuple[type[Estimator], ...] = (
     Analytic,
     Area,
+    AreaLattice,
     VisibilityCentre,
     VisibilityAnalytic,
     ControlVariate,
     CommonPoints,
     CommonPointsFixed,
-    Contour,
+    Exact,
 )
 
 __all__ = [
     "ESTIMATORS",
     "Analytic",
     "Area",
+    "AreaLattice",
     "Claim",
     "CommonPoints",
     "CommonPointsFixed",
-    "Contour",
     "ControlVariate",
     "Estimator",
+    "Exact",
     "VisibilityAnalytic",
     "VisibilityCentre",
     "estimator_named",

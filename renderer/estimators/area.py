@@ -56,5 +56,5 @@ class Area:
             reaches = (weight > 0) & (dot(points.normal[:, :, None], d) > 0)
             lit = np.flatnonzero(reaches.any(axis=1))  # the others have nothing to lose to a shadow
             p, own = points.position[:, lit], points.ellipsoid[lit]
-            weight[lit] *= source.blockers.visible(p, own, d[:, lit], at_infinity)
+            weight[lit] *= source.blockers.visible(p, own, d[:, lit], at_infinity, points.normal[:, lit])
         return reflect(points, d, weight, source.glossy)

@@ -43,7 +43,8 @@ def hidden(points: ShadingPoints, source: Source, at: Floats) -> Floats:
     for u, v in at.T:
         d, weight, eye, at_infinity = _one_beam(points, source, u, v)
         reaching = np.flatnonzero((weight > 0) & (dot(points.normal, d) > 0))
-        seen = view.seen(points.position[:, reaching], points.ellipsoid[reaching], d[:, reaching], eye, at_infinity)
+        position, normal = points.position[:, reaching], points.normal[:, reaching]
+        seen = view.seen(position, points.ellipsoid[reaching], d[:, reaching], eye, at_infinity, normal)
         k = reaching[~seen]
         if k.size:
             lost = reflect(points.take(k), d[:, k, None], weight[k, None] / at.shape[1], source.glossy)

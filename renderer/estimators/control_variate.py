@@ -51,5 +51,5 @@ class ControlVariate:
 
     def _hidden(self, points: ShadingPoints, source: Source, rng: np.random.Generator, samples: int) -> Floats:
         d, weight, at_infinity = beams(source.light, points.position, rng, samples, self.stratified)
-        hidden = ~source.blockers.visible(points.position, points.ellipsoid, d, at_infinity)
+        hidden = ~source.blockers.visible(points.position, points.ellipsoid, d, at_infinity, points.normal)
         return reflect(points, d, weight * hidden, source.glossy) * colour(source.light)

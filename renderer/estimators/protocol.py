@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar, Literal, Protocol
+from typing import ClassVar, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -63,4 +63,15 @@ class Estimator(Protocol):
 
     def __call__(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
         """Reflected radiance (3, n), W m^-2 sr^-1, due to ``source``."""
+        ...
+
+
+@runtime_checkable
+class Routed(Protocol):
+    """An estimator that goes different ways for different points, and says how often it went which."""
+
+    def with_routes(
+        self, points: ShadingPoints, source: Source, rng: np.random.Generator
+    ) -> tuple[Floats, dict[str, int]]:
+        """Reflected radiance (3, n), and the number of points that took each route."""
         ...

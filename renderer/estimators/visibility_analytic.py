@@ -61,7 +61,7 @@ class VisibilityAnalytic:
     def _block(self, points: ShadingPoints, source: Source, light: QuadLight, rng: np.random.Generator) -> Floats:
         u, v = unit_square(rng, points.count, self.samples, True)
         d, _ = quad_beams(light, points.position, u, v)
-        seen = source.blockers.visible(points.position, points.ellipsoid, d, False)
+        seen = source.blockers.visible(points.position, points.ellipsoid, d, False, points.normal)
         out = np.zeros((3, points.count))
         whole = np.flatnonzero(seen.all(axis=1))
         if whole.size:  # the strata's closed forms add up to the light's

@@ -55,5 +55,7 @@ class VisibilityCentre:
             d, weight, at_infinity = beams(light, points.position, rng, 1, False)
             towards = d
         if not source.blockers.none:
-            weight = weight * source.blockers.visible(points.position, points.ellipsoid, towards, at_infinity)
+            weight = weight * source.blockers.visible(
+                points.position, points.ellipsoid, towards, at_infinity, points.normal
+            )
         return reflect(points, d, weight, source.glossy)

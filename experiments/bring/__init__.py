@@ -1,0 +1,1 @@
+"""Bring your own: images, estimators, renderers and kept references, judged like ours."""

@@ -1,0 +1,39 @@
+"""What the usual gates say of an image: they stand beside our verdict, and decide nothing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy import stats
+
+from mitsuba_bridge.reference import Reference
+from renderer.image import Image
+
+from ..files import to_levels
+
+LEVELS = 1.0
+"""Mean absolute difference of two 8-bit pictures that is let pass."""
+SIGNIFICANCE = 0.01
+FORGIVEN = 0.0025
+"""Share of pixels and channels that may fail by any amount, and the least variance a sample is taken to have: those
+of Mitsuba's own render tests."""
+LEAST_VARIANCE = 1e-4
+
+
+def pictures_differ(ours: Image, reference: Reference) -> bool:
+    """Whether two 8-bit PNGs differ by more than a level on average."""
+    step = to_levels(ours.first).astype(int) - to_levels(reference.mean).astype(int)
+    return bool(np.abs(step).mean() > LEVELS)
+
+
+def pixels_differ(ours: Image, reference: Reference, samples: int, passes: int) -> bool:
+    """A z-test of every pixel and channel, by Sidak's level, that forgives one in four hundred.
+
+    The reference counts as exact.
+    """
+    step = np.abs(ours.mean - reference.mean)
+    error = np.sqrt(np.maximum(ours.variance * samples, LEAST_VARIANCE) / (samples * passes))
+    level = -math.expm1(math.log1p(-SIGNIFICANCE) / step.size)
+    passed = step <= stats.norm.isf(level / 2) * error  # False for what is not a number
+    return bool(1 - passed.mean() > FORGIVEN)

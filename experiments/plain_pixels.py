@@ -1,0 +1,67 @@
+"""What must hold without any noise: emitters, background, finite values, the same kind of pixel on both sides."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mitsuba_bridge.reference import Reference
+from renderer.image import Image
+
+from .statistics import Bools
+
+ROUNDING = 2e-6
+"""Relative rounding of Mitsuba's float32 radiance, as measured on noise-free pixels (5e-7 to 2e-6)."""
+UNJUDGED = 1e-3
+"""Share of the shaded pixels that may lie within rounding of an edge."""
+
+
+def pixel_counts(ours: Image) -> dict[str, int]:
+    """Pixels by what our camera sees there."""
+    return {
+        "shaded": int(ours.shaded.sum()),
+        "emitter": int((ours.emitter > 0).sum()),
+        "background": int((ours.background == 1).sum()),
+        "unjudged": int(ours.unjudged.sum()),
+    }
+
+
+def shaded_on_both(ours: Image, reference: Reference) -> Bools:
+    return ours.shaded & (reference.emitter == 0) & (reference.background == 0)
+
+
+def exact_failures(ours: Image, reference: Reference, finite: Bools) -> list[str]:
+    """What must hold without any noise: finite values, the same kinds of pixel, the same plain pixels."""
+    failures = []
+    if not finite.all():
+        failures.append(f"{int((~finite).sum())} pixels are not finite")
+    unjudged, shaded = int((ours.unjudged & ours.shaded).sum()), int(ours.shaded.sum())
+    if unjudged > UNJUDGED * max(shaded, 1):
+        failures.append(f"{unjudged} of {shaded} shaded pixels lie within rounding of an edge")
+    # Where a pixel's box is part emitter or part background the shares are random, and are not compared.
+    whole = ~ours.unjudged
+    for share in (ours.emitter, ours.background, reference.emitter, reference.background):
+        whole = whole & ((share == 0) | (share == 1))
+    other = whole & ((ours.emitter != reference.emitter) | (ours.background != reference.background))
+    if other.any():
+        failures.append(f"{int(other.sum())} pixels show an emitter or the background on one side only")
+    plain = whole & finite & ~other & ((ours.emitter == 1) | (ours.background == 1))
+    off = (np.abs(ours.mean - reference.mean) > ROUNDING * np.abs(reference.mean)).any(axis=0)
+    if (plain & off).any():
+        failures.append(f"{int((plain & off).sum())} emitter or background pixels differ beyond rounding")
+    return failures
+
+
+def still_failures(ours: Image, reference: Reference, judged: Bools, allowed: float, scale: float) -> list[str]:
+    """Shaded pixels without noise on either side, off by more than is allowed.
+
+    Parameters
+    ----------
+    allowed : float
+        Relative to the reference there, or to its mean ``scale`` where that is larger.
+    """
+    still = judged & (ours.pixel_variance == 0) & (reference.pixel_standard_error == 0)
+    limit = allowed * np.maximum(np.abs(reference.mean), scale)
+    off = still & (np.abs(ours.mean - reference.mean) > limit).any(axis=0)
+    if not off.any():
+        return []
+    return [f"{int(off.sum())} of {int(still.sum())} pixels without noise are off by more than {allowed:.2%}"]

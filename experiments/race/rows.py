@@ -1,0 +1,111 @@
+"""From raw laps to rows: time to a target, ours and Mitsuba's, and their ratio over views and rounds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mitsuba_bridge.race import DEFAULT
+
+from .measure import Measured, Rule
+from .times import Time, fastest, seconds_of_ours, seconds_to
+
+TARGETS = (1e-2, 1e-3, 1e-4)
+GOALS = {
+    ("cornell-boxes", 1e-2): 1.0,
+    ("cornell-boxes", 1e-3): 20.0,
+    ("cornell-boxes", 1e-4): 200.0,
+    ("cornell", 1e-3): 10.0,
+    ("quad", 1e-3): 30.0,
+    ("near-light", 1e-3): 300.0,
+}
+"""Ratios aimed at, for pixels by area; shown, never judged: they are times."""
+SENTENCE = "Ours is a method for direct light from polygons; Mitsuba is a general renderer."
+
+
+def _by_way(found: Measured, number: int) -> dict[str, list[tuple[float, float]]]:
+    laps: dict[str, list[tuple[float, float]]] = {}
+    for lap in found.mitsuba[number].laps:
+        laps.setdefault(lap.way.name, []).append((lap.seconds, lap.error))
+    return laps
+
+
+def _round(found: Measured, number: int, target: float) -> dict[str, Any]:
+    """Both sides' times in one round."""
+    ours = seconds_of_ours(target, [(seconds, error) for _, seconds, error in found.ours[number]])
+    ways = _by_way(found, number)
+    best = fastest(target, ways)
+    default = seconds_to(target, sorted(ways.get(DEFAULT.name, [])))
+    return {"ours": ours, "best": best, "default": default}
+
+
+def row(scene: str, rule: Rule, target: float, estimator: str, views: Sequence[Measured]) -> dict[str, Any]:
+    """One row over all views of a scene.
+
+    The ratio is the median over views and rounds, its interval from the smallest to the largest of them. It is a
+    lower bound where one of the times it rests on is.
+    """
+    rounds = [(_round(found, n, target)) for found in views for n in range(len(found.ours))]
+    known = [entry for entry in rounds if entry["ours"] and entry["best"]]
+    ratios = [entry["best"][1].seconds / entry["ours"] for entry in known]
+    complete = bool(rounds) and len(known) == len(rounds)
+    ways = [entry["best"][0] for entry in known]
+    goal = GOALS.get((scene, target)) if rule == "area" else None
+    asked = [(tolerance, error) for found in views for laps in found.ours for tolerance, _, error in laps]
+    return {
+        "scene": scene,
+        "pixel_rule": rule,
+        "target": target,
+        "ours": {"estimator": estimator, "seconds": _median([entry["ours"] for entry in known])},
+        "mitsuba": {
+            "configuration": max(set(ways), key=ways.count) if ways else None,
+            "seconds": _median([entry["best"][1].seconds for entry in known]),
+            "extrapolated": any(entry["best"][1].extrapolated for entry in known),
+        },
+        "mitsuba_default": _told([entry["default"] for entry in known]),
+        "ratio": _median(ratios) if complete else None,
+        "ratio_interval": [min(ratios), max(ratios)] if complete else None,
+        "lower_bound_only": any(entry["best"][1].bound for entry in known),
+        "goal": goal,
+        "within_goal": None if goal is None or not complete else bool(min(ratios) >= goal),
+        "views": len(views),
+        "truth_error": max((found.truth_error for found in views), default=None),
+        "worst_error_over_tolerance": max((error / tol for tol, error in asked if tol), default=None),
+        "note": SENTENCE,
+        # What is claimed is the error, on every view and at every tolerance; a time is shown.
+        "as_claimed": complete and all(error <= tolerance for tolerance, error in asked if tolerance),
+    }
+
+
+def _median(values: Sequence[float]) -> float | None:
+    return float(np.median(values)) if values else None
+
+
+def _told(times: Sequence[Time | None]) -> dict[str, Any]:
+    known = [time for time in times if time is not None]
+    return {
+        "configuration": DEFAULT.name,
+        "seconds": _median([time.seconds for time in known]),
+        "extrapolated": any(time.extrapolated for time in known),
+        "lower_bound_only": any(time.bound for time in known),
+    }
+
+
+def raw(found: Measured) -> dict[str, Any]:
+    """Everything that was measured in one view, as JSON types."""
+    return {
+        "ours": [[{"tolerance": t, "seconds": s, "error": e} for t, s, e in laps] for laps in found.ours],
+        "mitsuba": [
+            [
+                {"configuration": lap.way.name, "samples": lap.samples, "seconds": lap.seconds, "error": lap.error}
+                for lap in race.laps
+            ]
+            for race in found.mitsuba
+        ],
+        "once": {"ours": found.first, "mitsuba": [race.once for race in found.mitsuba]},
+        "workers": found.workers,
+        "evaluations": found.evaluations,
+        "truth_error": found.truth_error,
+    }

@@ -1,0 +1,1 @@
+"""How experiments are declared, run, resumed, drawn and written."""

@@ -1,0 +1,89 @@
+"""Errors of our own images against the closed form, or against many samples where something blocks.
+
+A pixel is the unit: its channels are averaged first. Only shaded pixels count.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from renderer.estimators import Analytic, ControlVariate, Estimator
+from renderer.image import prepare, render
+from renderer.scene import Scene
+from renderer.vectors import Floats
+
+SURE = 5.0
+"""Standard errors beyond which an unbiased mean is not found once in a million times."""
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What an image should be.
+
+    Parameters
+    ----------
+    mean : (3, h, w) float64
+    noise : (h, w) float64
+        Variance of the channels' average; 0 where it is the closed form.
+    shaded : (h, w) bool
+    name : str
+        How it was found.
+    """
+
+    mean: Floats
+    noise: Floats
+    shaded: Any
+    name: str
+
+    @property
+    def level(self) -> float:
+        """Mean over the shaded pixels: what errors are relative to."""
+        return float(self.mean.mean(axis=0)[self.shaded].mean()) if self.shaded.any() else 0.0
+
+
+def small(scene: Scene, width: int) -> Scene:
+    """The scene in fewer pixels, if it has more."""
+    height = max(1, round(scene.height * width / scene.width))
+    return scene if scene.width <= width else scene.with_(width=width, height=height)
+
+
+def truth_of(scene: Scene, seed: int, samples: int = 1024, passes: int = 4) -> Truth:
+    """The closed form where nothing blocks, else the mean of a control variate's passes."""
+    estimator: Estimator = Analytic()
+    _, needs = prepare(scene)
+    if needs.visibility:
+        estimator = ControlVariate(samples=samples, stratified=True)
+    image = render(scene, estimator, seed=seed, passes=passes)
+    name = f"{estimator.name} {samples} x {passes}" if needs.visibility else "closed form"
+    return Truth(image.mean, image.pixel_variance / passes, image.shaded, name)
+
+
+def measured(
+    scene: Scene, estimator: Estimator, truth: Truth, seed: int, passes: int = 4
+) -> tuple[dict[str, Any], Floats]:
+    """Relative RMS of one pass, relative bias and its standard errors; and the first pass's image."""
+    image = render(scene, estimator, seed=seed, passes=passes)
+    keep, level = truth.shaded, truth.level
+    difference = (image.mean - truth.mean).mean(axis=0)[keep]
+    variance, noise = image.pixel_variance[keep], truth.noise[keep]
+    square = difference**2 + variance * (1 - 1 / passes) - noise
+    error = math.sqrt(float((variance / passes + noise).sum())) / max(keep.sum(), 1)
+    bias = float(difference.mean())
+    rounding = 1e-12 * level
+    return {
+        "rms": math.sqrt(max(float(square.mean()), 0.0)) / level,
+        "bias": bias / level,
+        "bias_standard_errors": bias / math.hypot(error, rounding),
+    }, image.first
+
+
+def slope(samples: Floats, errors: Floats) -> tuple[float, float, float]:
+    """Slope of log error over log samples, and its interval at 99 %."""
+    fit = stats.linregress(np.log(samples), np.log(errors))
+    reach = float(stats.t.isf(0.005, len(samples) - 2)) * float(fit.stderr)
+    return float(fit.slope), float(fit.slope) - reach, float(fit.slope) + reach

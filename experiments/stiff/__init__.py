@@ -1,0 +1,1 @@
+"""The closed forms and whole images where textbooks lose everything."""

@@ -1,0 +1,324 @@
+"""The image whose pixels are averages over their areas, from an estimator without noise, to a tolerance.
+
+Where the edges run is one question, how bright it is between them another. The first is answered exactly (see
+`bits`, `moments`), the second by as few evaluations as the tolerance allows (see `smooth`, `refine`).
+"""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import InputError
+from ..estimators.protocol import Estimator
+from ..geometry import Ints
+from ..image import Image
+from ..needs import LeftOut
+from ..scene import Scene
+from ..vectors import Floats
+from .bits import bits_of, cut_at_crossings
+from .first_estimates import first_estimates, means
+from .moments import Edges, Pieces, pieces_of, visible_edges
+from .outlines import find_lines, searched
+from .refine import Items, refine
+from .regions import Regions
+from .shade import Palette, Shader, Work, palette_of, regions_of, surface_of
+from .smooth import WITHIN, Bools, error_bound, fill_centres, shifted
+
+EDGE = -2
+"""Region of a pixel that an edge crosses."""
+SAMPLED = 8
+"""A side of the grid of rays in a pixel that cannot be cut exactly."""
+RUN = 16
+"""Pixels of a row that one ray may speak for."""
+SHARE = 0.5
+"""Of the tolerance, that interpolated centres may spend."""
+
+
+@dataclass(frozen=True)
+class AreaImage:
+    """An image and what it took.
+
+    Parameters
+    ----------
+    image : Image
+    error : float
+        Estimated RMS error over shaded pixels, relative to their RMS.
+    tolerance : float
+        What was asked.
+    evaluations : int
+        Points shaded.
+    pieces, sampled : int
+        Pieces of pixels with an edge; pixels whose regions were found by rays.
+    """
+
+    image: Image
+    error: float
+    tolerance: float
+    evaluations: int
+    pieces: int
+    sampled: int
+
+
+def render_area(
+    scene: Scene,
+    estimator: Estimator,
+    *,
+    tolerance: float = 1e-3,
+    executor: Executor | None = None,
+    everything: bool = False,
+) -> AreaImage:
+    """Render box-filtered pixels.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its ``spp`` is not used.
+    estimator : Estimator
+        One without noise.
+    tolerance : float
+        RMS error over the shaded pixels, relative to their RMS, in (0, 1).
+    executor : Executor, optional
+        Where points are shaded. The image does not depend on it.
+    everything : bool
+        Leave nothing out (see `needs`).
+
+    Raises
+    ------
+    InputError
+        If the estimator is random, or the tolerance is not in (0, 1).
+    """
+    if not 0 < tolerance < 1:
+        raise InputError("tolerance", tolerance, "a number in (0, 1)")
+    _, needs, regions = regions_of(scene, scene.digest(), everything)
+    if estimator.is_random(needs):
+        raise InputError("estimator", estimator.name, "one without noise in this scene, for pixels by area")
+    shade = Shader(Work(scene, scene.digest(), estimator, everything), executor)
+    palette = palette_of(scene, regions, needs)
+    edges, region, pieces, sampled = _cut(regions)
+    base = _base(regions, palette, region, pieces, sampled, shade, tolerance)
+    jumps = any(not source.has_extent and not source.blockers.none for source in needs.sources)
+    budget = tolerance**2 * base.square - base.settled
+    rest = base.settled + refine(base.items, edges, regions, shade, budget, jumps)
+    image = _assemble(scene, regions, palette, region, pieces, base, needs.left_out)
+    error = math.sqrt(rest / base.square) if base.square > 0 else 0.0
+    parts = int((~base.items.whole).sum())
+    return AreaImage(image, error, tolerance, shade.evaluations, parts, int(sampled.size))
+
+
+@dataclass(frozen=True)
+class _Base:
+    """First values.
+
+    Parameters
+    ----------
+    items : Items
+        What may be refined.
+    image : (3, h, w) float64
+        Means of the whole pixels.
+    square, settled : float
+        Sum of all squared radiance; and of the squared errors allowed to what is not refined.
+    """
+
+    items: Items
+    image: Floats
+    square: float
+    settled: float
+
+
+def _cut(regions: Regions) -> tuple[Edges, Ints, Pieces, Ints]:
+    """Visible edges; the region of every pixel (EDGE where one passes); pieces; pixels found by rays."""
+    width, height = regions.lens.width, regions.lens.height
+    lines = find_lines(regions.geometry, regions.faces, regions.planes, regions.lens)
+    bits, crowded = cut_at_crossings(bits_of(lines, width, height))
+    edges = visible_edges(bits, regions)
+    pieces, bad = pieces_of(edges, width, 1, regions)
+    crossed = np.unique(pieces.cell)
+    region = _whole_regions(regions, crossed, searched(regions.geometry) and not bad.size and not crowded.size)
+    if _missed(region.reshape(height, width)).size:
+        region = _whole_regions(regions, crossed, False)
+    sampled = np.unique(np.concatenate((bad, crowded, _missed(region.reshape(height, width)))))
+    pieces = _resampled(pieces, sampled, regions)
+    region[sampled] = EDGE
+    return edges, region, pieces, sampled
+
+
+def _whole_regions(regions: Regions, crossed: Ints, runs: bool) -> Ints:
+    """Regions (h w,) of all pixels, EDGE for those that an edge crosses.
+
+    Rays for both ends of each run of pixels between edges in a row and now and then between, where all lines were
+    looked for; else one for each pixel. A lost edge has an end, where some pixel's books do not balance, or parts a
+    run, whose ends then differ.
+    """
+    width, height = regions.lens.width, regions.lens.height
+    start = np.zeros(width * height, dtype=bool)
+    start[:: RUN if runs else 1] = True
+    for pixel in (np.arange(0, start.size, width), crossed + 1, crossed):
+        start[np.minimum(pixel, start.size - 1)] = True
+        start[np.maximum(pixel - 1, 0)] = True
+    first = np.flatnonzero(start)
+    seen = regions.seen(first % width + 0.5, first // width + 0.5)
+    region = np.repeat(seen, np.diff(np.append(first, start.size)))
+    region[crossed] = EDGE
+    return region
+
+
+def _missed(region: Ints) -> Ints:
+    """Pixels whose neighbour shows another region though no edge was found in either."""
+    wrong = np.zeros(region.shape, dtype=bool)
+    for dy, dx in ((0, 1), (1, 0)):
+        beside = shifted(region, dy, dx, EDGE)
+        apart = (region != beside) & (region != EDGE) & (beside != EDGE)
+        wrong |= apart | shifted(apart, -dy, -dx, False).astype(bool)
+    return np.flatnonzero(wrong)
+
+
+def _resampled(pieces: Pieces, pixels: Ints, regions: Regions) -> Pieces:
+    """Pieces of the given pixels from a grid of rays instead."""
+    if pixels.size == 0:
+        return pieces
+    grid = SAMPLED
+    row, column = np.divmod(pixels, regions.lens.width)
+    v, u = (np.array(np.divmod(np.arange(grid * grid), grid)) + 0.5) / grid
+    x, y = column[:, None] + u, row[:, None] + v
+    seen = regions.seen(x.ravel(), y.ravel())
+    base = int(seen.max(initial=0)) + 2
+    key, inverse = np.unique(np.repeat(pixels, grid * grid) * base + seen + 1, return_inverse=True)
+    moments = (np.ones(seen.size), x.ravel(), y.ravel())
+    total, sx, sy = (np.bincount(inverse, m) for m in moments)
+    mx, my = sx / total, sy / total
+    du, dv = x.ravel() - mx[inverse], y.ravel() - my[inverse]
+    covariance = np.stack([np.bincount(inverse, product) / total for product in (du * du, du * dv, dv * dv)])
+    kept = np.flatnonzero(~np.isin(pieces.cell, pixels))
+    found = Pieces(key // base, key % base - 1, total / grid**2, mx, my, covariance)
+    return Pieces(
+        *(
+            np.concatenate((getattr(pieces, n)[..., kept], getattr(found, n)), axis=-1)
+            for n in found.__dataclass_fields__
+        )
+    )
+
+
+def _base(
+    regions: Regions,
+    palette: Palette,
+    region: Ints,
+    pieces: Pieces,
+    sampled: Ints,
+    shade: Shader,
+    tolerance: float,
+) -> _Base:
+    """First values of all pixels and pieces, and those that may be refined."""
+    width, height = regions.lens.width, regions.lens.height
+    surface = surface_of(np.maximum(region, -1), regions.surfaces)
+    fillable = np.where((region != EDGE) & palette.reflects[surface], region, EDGE).reshape(height, width)
+    spread: list[float] = []
+
+    def evaluate(pixel: Ints) -> Floats:
+        return shade(pixel % width + 0.5, pixel // width + 0.5, region[pixel])
+
+    def allowed(first: Floats) -> float:
+        mean = math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
+        spread.append(mean)
+        return SHARE * tolerance * mean
+
+    centre, bound, smooth = fill_centres(fillable, evaluate, allowed)
+    mine = np.flatnonzero(palette.reflects[surface_of(pieces.region, regions.surfaces)])
+    piece_value = shade(pieces.x[mine], pieces.y[mine], pieces.region[mine])
+    image = means(centre, fillable)
+    full = np.flatnonzero((fillable != EDGE) & ~smooth)  # the others are done: their errors are bounded
+    pixel = np.concatenate((full, pieces.cell[mine]))
+    x = np.concatenate((full % width + 0.5, pieces.x[mine]))
+    y = np.concatenate((full // width + 0.5, pieces.y[mine]))
+    mean = np.hstack((image.reshape(3, -1)[:, full], piece_value))
+    which = np.concatenate((region[full], pieces.region[mine]))
+    total = centre.sum(axis=0)
+    estimate = np.concatenate((error_bound(total, fillable, WITHIN, full), np.full(mine.size, np.inf)))
+    lone = np.flatnonzero(~np.isfinite(estimate))
+    estimate[lone] = first_estimates(
+        total, fillable, pixel[lone], which[lone], x[lone], y[lone], mean.sum(axis=0)[lone]
+    )
+    hidden = regions.seen(pieces.x[mine], pieces.y[mine]) != pieces.region[mine]
+    doubtful = hidden | np.isin(pieces.cell[mine], sampled) | _junction(pieces)[mine]
+    rough = np.concatenate((np.zeros(full.size, dtype=bool), doubtful))
+    area = np.concatenate((np.ones(full.size), pieces.area[mine]))
+    estimate = np.where(rough, np.sqrt((mean**2).sum(axis=0)), estimate) * area
+    items = Items(
+        pixel=pixel,
+        region=which,
+        area=area,
+        x=x,
+        y=y,
+        covariance=np.hstack((np.zeros((3, full.size)), pieces.covariance[:, mine])),
+        value=mean,
+        estimate=estimate,
+        level=np.zeros(pixel.size, dtype=np.int64),
+        whole=np.arange(pixel.size) < full.size,
+    )
+    image[:, fillable == EDGE] = 0
+    square = float(np.einsum("chw,chw->", image, image)) + float(((piece_value * pieces.area[mine]) ** 2).sum())
+    return _Base(items, image, square, float((bound[smooth] ** 2).sum()))
+
+
+def _junction(pieces: Pieces) -> Bools:
+    """Pieces of pixels that show three regions or more: where a solid's corner stands, its shadow starts."""
+    _, place, count = np.unique(pieces.cell, return_inverse=True, return_counts=True)
+    return np.asarray(count[place] > 2)
+
+
+def _assemble(
+    scene: Scene,
+    regions: Regions,
+    palette: Palette,
+    region: Ints,
+    pieces: Pieces,
+    base: _Base,
+    left_out: tuple[LeftOut, ...],
+) -> Image:
+    """Sum of all items in each pixel, and what is seen without being shaded."""
+    height, width = scene.height, scene.width
+    count = height * width
+    items, mean = base.items, base.image.reshape(3, -1).copy()
+    mean[:, items.pixel[items.whole]] = items.value[:, items.whole]
+    parts = np.flatnonzero(~items.whole)
+    for out, channel in zip(mean, items.value, strict=True):
+        out += np.bincount(items.pixel[parts], items.area[parts] * channel[parts], count)
+    surface, split = surface_of(region, regions.surfaces), surface_of(pieces.region, regions.surfaces)
+    whole = region != EDGE
+    surface[~whole] = regions.surfaces
+
+    def share(kind: Floats | Bools) -> Floats:
+        """Of each pixel, summed over its pieces."""
+        return kind[surface] * whole + np.bincount(pieces.cell, pieces.area * kind[split], count)
+
+    for out, seen in zip(mean, palette.seen, strict=True):
+        if seen.any():
+            out += share(seen)
+    image: Floats = mean.reshape(3, height, width)
+    nothing = np.arange(regions.surfaces + 1) == regions.surfaces
+    emitter, background = (_snapped(share(kind)).reshape(height, width) for kind in (palette.emitter, nothing))
+    zero = np.zeros((height, width))
+    shaded = (emitter == 0) & (background == 0)
+    average = float(image.mean(axis=0)[shaded].sum()) / max(int(shaded.sum()), 1)
+    return Image(
+        first=image,
+        mean=image,
+        variance=np.zeros_like(image),
+        pixel_variance=zero,
+        level_mean=255 * np.clip(image, 0, 1),
+        level_variance=np.zeros_like(image),
+        emitter=emitter,
+        background=background,
+        unjudged=np.zeros((height, width), dtype=bool),
+        pass_means=np.array([average]),
+        back_faces=int((_snapped(share(palette.back)) > 0).sum()),
+        left_out=left_out,
+    )
+
+
+def _snapped(share: Floats) -> Floats:
+    """Shares of a pixel; within 1e-6 of nothing or all they are that."""
+    return np.where(share < 1e-6, 0.0, np.where(share > 1 - 1e-6, 1.0, share))

@@ -1,0 +1,127 @@
+"""Light behind occluders without noise: boundary integrals over the visible contour.
+
+Diffuse and glossy, for parallelograms. Point and directional lights take one shadow ray. Big closed meshes are taken
+by their silhouettes (see `penumbra`), on diffuse surfaces: without noise, to about 1e-6, so that what is claimed there
+is consistency. What it leaves to sampling, and then claims no exactness for: the sun's disk behind blockers, and
+points with more than MOST candidates, whose cost grows with the square.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..errors import InputError
+from ..exact.quad import QuadShadows, Tally
+from ..exact.standing import Standing
+from ..needs import Needs, Source
+from ..penumbra import bounds_alone, mesh_radiance
+from ..scene import QuadLight
+from ..shading import ShadingPoints
+from ..vectors import Floats
+from .analytic import without_shadows
+from .control_variate import ControlVariate
+from .protocol import Claim
+
+MOST = 256
+"""Candidates of one point beyond which it is sampled: as far as has been measured (`experiments.occluder_cost`). There
+a point takes 13 times less than sampling to 1e-2 does; at 64 it is 26 times, at 16, 11 times."""
+SAMPLES = 1024
+"""Samples of such a point, if not more are asked for."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exact:
+    """Exact shadows; ``samples`` and ``stratified`` hold for what is left to sampling.
+
+    Parameters
+    ----------
+    shortcuts : bool
+        Leave out what cannot matter to a point. The image is the same to rounding without.
+    finer : int
+        How much finer than needed for 1e-6 the strips are where a big mesh's layers overlap: the error falls about
+        as its square.
+    """
+
+    samples: int = 1
+    stratified: bool = False
+    shortcuts: bool = True
+    finer: int = 1
+    name: ClassVar[str] = "exact"
+    summary: ClassVar[str] = "boundary integrals over the visible contour: soft shadows without noise"
+
+    def claim(self, needs: Needs) -> Claim:
+        if self.is_random(needs):
+            return "unbiased"
+        return "consistent" if any(_by_silhouettes(source) for source in needs.sources) else "exact"
+
+    def is_random(self, needs: Needs) -> bool:
+        return any(_may_sample(source) for source in needs.sources)
+
+    def __call__(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
+        return self.with_routes(points, source, rng)[0]
+
+    def with_routes(
+        self, points: ShadingPoints, source: Source, rng: np.random.Generator
+    ) -> tuple[Floats, dict[str, int]]:
+        """Radiance (3, n), and how many of the points took which route.
+
+        Raises
+        ------
+        InputError
+            If shadow rays are to start elsewhere: the contour is that of the surface's own points.
+        """
+        if source.blockers.offset is not None and not source.blockers.none:
+            raise InputError(
+                "shadow origin", "mitsuba", f"another estimator than {self.name}, which traces no shadow rays"
+            )
+        tally = Tally()
+        if _by_silhouettes(source):
+            tally.add("silhouette", points.count)
+            return mesh_radiance(points, source, self.finer), tally.counts
+        if isinstance(source.light, QuadLight) and (not source.blockers.none or not self.shortcuts):
+            if _too_large(source):
+                tally.add("sampled", points.count)
+                return self._sampled(points, source, rng), tally.counts
+            out, left, tally = QuadShadows(points, source, source.light, self.shortcuts, MOST).radiance()
+            if left.size:
+                out[:, left] = self._sampled(points.take(left), source, rng)
+            return out, tally.counts
+        if source.blockers.none:
+            tally.add("lit", points.count)
+            return without_shadows(points, source), tally.counts
+        tally.add("sampled" if source.has_extent else "exact", points.count)
+        return self._sampled(points, source, rng), tally.counts
+
+    def _sampled(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
+        if isinstance(source.light, QuadLight) and self.samples < SAMPLES:
+            return ControlVariate(samples=SAMPLES, stratified=True)(points, source, rng)
+        return ControlVariate(samples=self.samples, stratified=self.stratified)(points, source, rng)
+
+
+LARGEST = 20_000
+"""Triangles before a light beyond which its pieces are not looked for."""
+
+
+def _too_large(source: Source) -> bool:
+    return source.blockers.triangles.size > LARGEST
+
+
+def _many(source: Source, light: QuadLight) -> bool:
+    """Whether some point may have too many candidates, or awkward ones."""
+    if _too_large(source):
+        return True
+    standing = Standing.before(light, source.blockers)
+    return standing.pieces.size + standing.balls.size > MOST or bool(standing.round.awkward[standing.balls].any())
+
+
+def _by_silhouettes(source: Source) -> bool:
+    return isinstance(source.light, QuadLight) and bounds_alone(source) and _many(source, source.light)
+
+
+def _may_sample(source: Source) -> bool:
+    if not source.has_extent or source.blockers.none:
+        return False
+    return not isinstance(source.light, QuadLight) or (not bounds_alone(source) and _many(source, source.light))

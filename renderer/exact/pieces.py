@@ -1,0 +1,119 @@
+"""A scene's triangles as convex pieces: closed convex bodies, convex quadrilaterals, and triangles.
+
+Fewer pieces, and fewer edges, is all that is gained: any grouping gives the same shadows.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from ..geometry import Geometry, Ints
+from ..vectors import Floats, cross, dot, unit
+from .convex import FLAT, Convex, Loop, _chain
+
+LARGEST = 64
+"""Triangles in a body that may become one piece."""
+FACES = 24
+"""Faces of a body that may become one piece."""
+
+
+@lru_cache(maxsize=4)
+def convex_pieces(geometry: Geometry) -> tuple[Convex, ...]:
+    """All triangles of a scene, each in exactly one piece."""
+    corners = np.stack((geometry.a, geometry.b, geometry.c), axis=2)  # (3, t, 3 corners)
+    t = corners.shape[1]
+    if t == 0:
+        return ()
+    points, index = np.unique(corners.reshape(3, -1), axis=1, return_inverse=True)
+    index = index.reshape(t, 3)
+    pairs, closed = _neighbours(index)
+    label = _components(t, pairs)
+    pieces: list[Convex] = []
+    alone = np.ones(t, dtype=bool)
+    order = np.argsort(label, kind="stable")
+    for group in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
+        if 4 <= group.size <= LARGEST and closed[group].all():
+            body = _closed_body(points, index, group)
+            if body is not None:
+                pieces.append(body)
+                alone[group] = False
+    for i, j in pairs:
+        if alone[i] and alone[j]:
+            quad = _quadrilateral(points, index, int(i), int(j))
+            if quad is not None:
+                pieces.append(quad)
+                alone[[i, j]] = False
+    for i in np.flatnonzero(alone):
+        pieces.append(Convex(points[:, index[i]], ((0, 1, 2),), (int(i),)))
+    return tuple(pieces)
+
+
+def _neighbours(index: Ints) -> tuple[Ints, Ints]:
+    """Pairs of triangles that share an edge with each other alone, run opposite ways; triangles with three such."""
+    t = index.shape[0]
+    start, end = index.ravel(), np.roll(index, -1, axis=1).ravel()
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    order = np.lexsort((high, low))
+    same = (low[order][1:] == low[order][:-1]) & (high[order][1:] == high[order][:-1])
+    twice = same & ~np.r_[False, same[:-1]] & ~np.r_[same[1:], False]
+    first, second = order[:-1][twice], order[1:][twice]
+    opposite = start[first] == end[second]
+    first, second = first[opposite], second[opposite]
+    count = np.bincount(np.r_[first // 3, second // 3], minlength=t)
+    return np.stack((first // 3, second // 3), axis=1), count == 3
+
+
+def _components(count: int, pairs: Ints) -> Ints:
+    """Label of each triangle's connected component."""
+    label = np.arange(count)
+    while pairs.size:
+        low = np.minimum(label[pairs[:, 0]], label[pairs[:, 1]])
+        before = label.copy()
+        np.minimum.at(label, pairs[:, 0], low)
+        np.minimum.at(label, pairs[:, 1], low)
+        label = label[label]
+        if (label == before).all():
+            break
+    return label
+
+
+def _closed_body(points: Floats, index: Ints, group: Ints) -> Convex | None:
+    """The closed convex body of these triangles, if it is one."""
+    used, local = np.unique(index[group], return_inverse=True)
+    vertices, local = points[:, used], local.reshape(-1, 3)
+    a, b, c = (vertices[:, local[:, k]] for k in range(3))
+    normal = unit(cross(b - a, c - a))
+    size = np.abs(vertices - vertices[:, :1]).max()
+    height = dot(normal[:, :, None], vertices[:, None, :] - a[:, :, None])  # (triangles, vertices)
+    if (height > FLAT * size).any() and (height < -FLAT * size).any():
+        return None
+    if (height > FLAT * size).any():  # wound inside out
+        local = local[:, ::-1]
+    flat = (np.abs(height[:, local]) <= FLAT * size).all(axis=2)  # (triangle, triangle): in its plane
+    face = np.array([np.flatnonzero(row)[0] for row in flat & flat.T])
+    loops = [_outline(local[face == f]) for f in np.unique(face)]
+    if len(loops) < 4 or len(loops) > FACES:
+        return None
+    return Convex(vertices, tuple(loops), tuple(group.tolist()))
+
+
+def _outline(triangles: Ints) -> Loop:
+    edges = {(int(t[k]), int(t[(k + 1) % 3])) for t in triangles for k in range(3)}
+    return _chain({a: b for a, b in edges if (b, a) not in edges})
+
+
+def _quadrilateral(points: Floats, index: Ints, i: int, j: int) -> Convex | None:
+    """Two triangles as one convex quadrilateral, if they are coplanar and it is convex."""
+    loop = _outline(index[[i, j]])
+    if len(loop) != 4:
+        return None
+    v = points[:, list(loop)]
+    step = np.roll(v, -1, axis=1) - v
+    turn = cross(step, np.roll(step, -1, axis=1))
+    n = unit(cross(v[:, [2]] - v[:, [0]], v[:, [3]] - v[:, [1]]))
+    off = np.abs(dot(n, v - v[:, :1]))
+    if off.max() > FLAT * np.abs(step).max() or (dot(n, turn) <= 0).any():
+        return None
+    return Convex(v, ((0, 1, 2, 3),), (i, j))

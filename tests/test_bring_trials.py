@@ -1,0 +1,85 @@
+"""The trials of an estimator: ours pass, and each kind of wrong one fails the trial that is for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from experiments.bring import trials
+from renderer.estimators import Area, ControlVariate
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dim(Area):
+    name: ClassVar[str] = "dim"
+
+    def __call__(self, points, source, rng):
+        return 0.97 * super().__call__(points, source, rng)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoShadows(Area):
+    name: ClassVar[str] = "no-shadows"
+
+    def __call__(self, points, source, rng):
+        from dataclasses import replace
+
+        from renderer.shadows import Blockers
+
+        nothing = Blockers(source.blockers.geometry, *np.zeros((2, 0), dtype=np.int64))
+        return super().__call__(points, replace(source, blockers=nothing), rng)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnRandomness(Area):
+    name: ClassVar[str] = "own-randomness"
+
+    def __call__(self, points, source, rng):
+        return super().__call__(points, source, np.random.default_rng())
+
+
+@dataclass(frozen=True, kw_only=True)
+class FewSamples(Area):
+    name: ClassVar[str] = "few-samples"
+
+    def _block(self, points, source, rng, samples):
+        return Area(samples=1)._block(points, source, rng, 1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnePattern(Area):
+    name: ClassVar[str] = "one-pattern"
+
+    def _block(self, points, source, rng, samples):
+        scale = 1 + 0.2 * rng.standard_normal()
+        return scale * super()._block(points, source, rng, samples)
+
+
+@pytest.mark.parametrize("trial", trials.TRIALS, ids=lambda trial: trial.__name__)
+def test_a_right_one_passes(trial):
+    outcome = trials.run_trial(trial, Area)
+    assert outcome.passed, outcome.found
+
+
+def test_one_that_is_exact_in_part_passes():
+    outcome = trials.run_trial(trials.oracles, ControlVariate)
+    assert outcome.passed, outcome.found
+
+
+@pytest.mark.parametrize(
+    ("kind", "trial"),
+    [
+        (OwnRandomness, trials.protocol),
+        (Dim, trials.oracles),
+        (NoShadows, trials.planted_scenes),
+        (FewSamples, trials.convergence),
+        (OnePattern, trials.independence),
+    ],
+)
+def test_each_wrong_one_fails(kind, trial):
+    outcome = trials.run_trial(trial, kind)
+    assert not outcome.passed
+    assert outcome.found

@@ -1,0 +1,76 @@
+"""A whole race on a small scene: both sides measured against one truth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from experiments.error_against_time import figure, run
+from experiments.race.measure import Plan
+from mitsuba_bridge.child import ReferenceUnavailable
+from mitsuba_bridge.llvm import backend
+from mitsuba_bridge.race import DEFAULT, WAYS, Way, run_race
+
+pytestmark = pytest.mark.skipif(backend().variant == "scalar_rgb", reason="Mitsuba's LLVM variant does not run here")
+
+FEW = (Way("multijitter", 0), DEFAULT)
+
+
+def test_mitsuba_is_run_in_every_way_and_its_default_is_among_them():
+    assert len(set(WAYS)) == 8
+    assert DEFAULT in WAYS
+
+
+@pytest.fixture(scope="module")
+def raced():
+    return run(["quad"], plan=Plan(rounds=1, sizes=(4, 16), truth=1e-4, longest=2.0, ways=FEW), side=24, count=1)
+
+
+def test_rows_say_who_took_how_long(raced):
+    rows, _ = raced
+    assert [(row["pixel_rule"], row["target"]) for row in rows] == [
+        (rule, target) for rule in ("area", "centre") for target in (1e-2, 1e-3, 1e-4)
+    ]
+    for row in rows:
+        assert row["as_claimed"] is True
+        assert row["ours"]["seconds"] > 0
+        low, high = row["ratio_interval"]
+        assert 0 < low <= row["ratio"] <= high
+    assert rows[2]["lower_bound_only"]  # 16 samples are far from 1e-4, and a decade is all that is extrapolated
+
+
+def test_every_way_of_mitsuba_comes_nearer_with_samples(raced):
+    _, measured = raced
+    for found in measured.values():
+        laps = found[0].mitsuba[0].laps
+        ways = {lap.way for lap in laps}
+        assert ways == set(FEW)
+        for way in ways:
+            errors = [lap.error for lap in laps if lap.way == way]
+            assert len(errors) == 2
+            assert errors[1] < 0.8 * errors[0] < 1
+    assert figure("quad", measured["quad/area"]).axes[0].get_title().count("general renderer") == 1
+
+
+def test_a_wrong_truth_is_not_reached():
+    """The planted defect: 5 % too bright, and no number of samples comes nearer than that."""
+    from experiments.race.scenes import race_scene
+    from renderer.coverage import render_area
+    from renderer.estimators import Analytic
+
+    scene = race_scene("quad", 24).with_(spp=16)
+    image = render_area(scene, Analytic(), tolerance=1e-3).image
+    judged = (image.emitter == 0) & (image.background < 1)
+    way = (Way("multijitter", 0),)
+    right = run_race(scene, image.mean, judged, sizes=(256,), seed=1, ways=way)
+    wrong = run_race(scene, 1.05 * image.mean, judged, sizes=(256,), seed=1, ways=way)
+    assert right.laps[0].error < 1e-2
+    assert np.isclose(wrong.laps[0].error, 0.05 / 1.05, rtol=0.1)
+
+
+def test_a_race_needs_the_fast_variant():
+    import dataclasses
+
+    slow = dataclasses.replace(backend(), variant="scalar_rgb")
+    with pytest.raises(ReferenceUnavailable, match="LLVM"):
+        run_race(None, np.zeros(0), None, sizes=(4,), seed=0, running=slow)
