@@ -76,7 +76,7 @@ def two_sides(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Referen
     count = len(raws)
     if count > 1:
         variance = decoded.var(axis=0, ddof=1)
-        pixel_variance = decoded.mean(axis=1).var(axis=0, ddof=1)
+        pixel_variance = _by_chance(decoded.mean(axis=1).var(axis=0, ddof=1), quantiser, truth, judged)
     else:
         variance = deviation**2 + quantiser.spread(truth.mean)
         pixel_variance = _supposed(decoded[0], expected, renders, quantiser, truth, judged)
@@ -111,6 +111,13 @@ def _snapped(decoded: Floats, expected: Floats, truth: Floats, quantiser: Quanti
     else:
         even = np.abs(decoded - expected) <= rounding * np.abs(expected)
     return np.where(even, expected, decoded)
+
+
+def _by_chance(variance: Floats, quantiser: Quantiser, truth: Reference, judged: np.ndarray) -> Floats:
+    """Among noisy images, equal levels in a pixel do not say that it has no noise: a level's spread stands in."""
+    if not quantiser.top or not variance[judged].any():
+        return variance
+    return np.where(variance > 0, variance, quantiser.spread(truth.mean).mean(axis=0))
 
 
 def _supposed(
