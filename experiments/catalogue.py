@@ -10,6 +10,8 @@ from renderer.errors import InputError
 from renderer.scene import Scene
 from renderer.scene_text import read_scene
 
+from .generated import GENERATED, generated
+
 FOLDER = Path(__file__).parent / "scenes"
 
 CLASSIC = (
@@ -48,6 +50,8 @@ def classic(estimator: str | None) -> list[Asked]:
 
 def summary(name: str) -> str:
     """What a classic scene shows: the first sentence of its file's opening comment."""
+    if name in GENERATED:
+        return GENERATED[name].summary
     words = []
     for line in (FOLDER / f"{name}.test").read_text(encoding="utf-8").splitlines():
         if not line.startswith("#"):
@@ -57,7 +61,7 @@ def summary(name: str) -> str:
 
 
 def load(name: str, lenient: bool = False) -> Scene:
-    """A scene by file name, or a classic one by its name.
+    """A scene by file name, or a classic or generated one by its name.
 
     Raises
     ------
@@ -65,8 +69,10 @@ def load(name: str, lenient: bool = False) -> Scene:
         If there is no such file, or its content is not a scene.
     """
     path = Path(name)
+    if name in GENERATED and not path.exists():
+        return generated(name)
     if name in CLASSIC and not path.exists():
         path = FOLDER / f"{name}.test"
     elif not path.exists():
-        raise InputError("scene", name, "a scene file, or one of " + ", ".join(CLASSIC))
+        raise InputError("scene", name, "a scene file, or one of " + ", ".join((*CLASSIC, *GENERATED)))
     return read_scene(path, lenient=lenient).with_(name=path.stem)

@@ -34,6 +34,8 @@ ROOM = 8.0
 """The standard error of the difference is brought to the margin over this: 4.8 of them to the end of the
 interval (31 degrees of freedom, a dozen rows), 3.2 for the estimate's own noise."""
 PILOT = 2
+PILOT_COMMON = 8
+"""For estimators whose pixels share their light points."""
 MAX_PASSES = 4096
 MAX_SAMPLES = 1 << 16
 """Mitsuba's samples per pixel and light, at most."""
@@ -177,7 +179,8 @@ def our_image(
         return area.image, 1, {"pilot": 0.0, "ours": time.perf_counter() - started}
     passes = 1
     if scene.spp > 1 or estimator.is_random(needs):
-        pilot = render(scene, estimator, seed=pilot_seed, passes=PILOT, executor=executor)
+        common = getattr(estimator, "common", False)
+        pilot = render(scene, estimator, seed=pilot_seed, passes=PILOT_COMMON if common else PILOT, executor=executor)
         passes = _passes(pilot, question.margin / ROOM / math.sqrt(2))
     piloted = time.perf_counter()
     image = render(
@@ -199,8 +202,9 @@ def _passes(pilot: Image, target: float) -> int:
     mean = float(np.abs(pilot.mean).mean(axis=0)[shaded].mean()) if shaded.any() else 0.0
     if mean == 0:
         return PILOT
-    one = math.sqrt(float(pilot.pixel_variance[shaded].sum())) / shaded.sum() / mean
-    return min(max(4, math.ceil((one / target) ** 2)), MAX_PASSES)
+    one = math.sqrt(float(pilot.pixel_variance[shaded].sum()) * pilot.clumping) / shaded.sum() / mean
+    fewest = 4 if pilot.clumping == 1 else 32  # the clumping is known from the passes alone
+    return min(max(fewest, math.ceil((one / target) ** 2)), MAX_PASSES)
 
 
 def reference_target(question: Question, passes: int) -> float:

@@ -145,23 +145,27 @@ def check(scenes: tuple[str, ...], classic: bool, **options: Any) -> None:
 @click.argument("scene")
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="IMAGE.png, .exr or .npy")
 @_sampling
-def render(scene: str, output: Path, **options: Any) -> None:
+@click.option("--error", type=float, help="Sample until the relative RMS error is at most this; see common-points.")
+def render(scene: str, output: Path, error: float | None, **options: Any) -> None:
     """Our image of SCENE alone; needs no Mitsuba.
 
     \b
     nusselt render cornell --samples 25 --stratify -o cornell.png
+    nusselt render mesh --error 1e-3 -o mesh.png
     """
     from renderer.image import render as render_image
 
     from .check import chosen_estimator, draw_area, with_pixel_rule
     from .files import check_image_name, write_image
+    from .until import render_until
     from .workers import worker_pool
 
     check_image_name(output)
     read = catalogue.load(scene, options["lenient"]).with_(two_sided=options["two_sided"])
     rule, tolerance = options["pixel_rule"], 1e-3 if options["tolerance"] is None else options["tolerance"]
     read = with_pixel_rule(read, rule)
-    estimator = chosen_estimator(read, options["estimator"], options["samples"], options["stratified"])
+    name = options["estimator"] or (None if error is None else "common-points")
+    estimator = chosen_estimator(read, name, options["samples"], options["stratified"])
     for warning in read.warnings:
         click.echo(f"warning: {warning}", err=True)
     offset = None
@@ -170,21 +174,24 @@ def render(scene: str, output: Path, **options: Any) -> None:
 
         offset = mitsuba_offset(read)
     with worker_pool() as pool, progress_bar(read.name) as report:
-        area = draw_area(read, estimator, rule, tolerance, pool)
-        if area is not None and area.error > tolerance:
-            click.echo(f"warning: the error may be {area.error:.1e}, above the tolerance {tolerance:g}", err=True)
-        image = (
-            area.image
-            if area is not None
-            else render_image(
-                read,
-                estimator,
-                seed=options["seed"],
-                executor=pool,
-                offset=offset,
-                progress=lambda done, total: report("tiles", done, total),
+
+        def told(done: int, total: int) -> None:
+            report("tiles", done, total)
+
+        area = None if error is not None else draw_area(read, estimator, rule, tolerance, pool)
+        if area is not None:
+            image = area.image
+            if area.error > tolerance:
+                click.echo(f"warning: the error may be {area.error:.1e}, above the tolerance {tolerance:g}", err=True)
+        elif error is None:
+            image = render_image(read, estimator, seed=options["seed"], executor=pool, offset=offset, progress=told)
+        else:
+            reached = render_until(
+                read, estimator, error, seed=options["seed"], executor=pool, progress=told, offset=offset
             )
-        )
+            image = reached.image
+            said = f"relative RMS error {reached.error:.2g}, from 8 independent passes of {reached.samples} samples"
+            click.echo(said if reached.error else "no sampling error", err=True)
     if image.back_faces:
         click.echo(f"warning: {image.back_faces} pixels show the black back of a one-sided surface", err=True)
     write_image(output, image.mean)
@@ -326,7 +333,7 @@ def list_command() -> None:
     from .suite import EXPERIMENTS
 
     click.echo("scenes")
-    for name in catalogue.CLASSIC:
+    for name in (*catalogue.CLASSIC, *catalogue.GENERATED):
         click.echo(f"  {name:18} {catalogue.summary(name)}")
     click.echo("estimators")
     for kind in ESTIMATORS:

@@ -128,7 +128,7 @@ def judge(
     finite: Bools = np.asarray(np.isfinite(ours.mean).all(axis=0))
     judged = shaded_on_both(ours, reference) & finite & ~ours.unjudged
     difference = (ours.mean - reference.mean).mean(axis=0)
-    noise = ours.pixel_variance / passes
+    noise = ours.pixel_variance * ours.clumping / passes
     mean = float(np.abs(reference.mean).mean(axis=0)[judged].mean()) if judged.any() else 0.0
     scale = mean if mean > 0 else 1.0  # a black reference: relative to one
     broken = exact_failures(ours, reference, finite)

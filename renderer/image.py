@@ -55,6 +55,8 @@ class Image:
         Within the tolerance of a geometric edge, or of a hard shadow's.
     pass_means : (passes,) float64
         Channel average over the shaded pixels, pass by pass.
+    clumping : float
+        Variance of the image's sum over what it were if pixels were independent; 1 where they are.
     back_faces : int
         Pixels that show the black back of a one-sided surface.
     left_out : tuple of LeftOut
@@ -74,6 +76,7 @@ class Image:
     pass_means: Floats
     back_faces: int
     left_out: tuple[LeftOut, ...]
+    clumping: float = 1.0
     routes: dict[str, int] = field(default_factory=dict)
 
     @property
@@ -274,7 +277,8 @@ def render(
     if offset is None:  # another renderer's rule knows where the origin is
         scene = near_origin(scene)
     job = Job(scene, estimator, seed, passes, everything, tolerance, offset)
-    parts = tiles(scene, estimator.samples)
+    common = getattr(estimator, "common", False)  # one light point at a time: a tile's memory does not grow with them
+    parts = tiles(scene, 1 if common else estimator.samples)
     _, needs = prepare(scene, everything or offset is not None)
     arrays: dict[str, Any] = {}
     pass_sums: dict[int, Floats] = {}
@@ -293,14 +297,23 @@ def render(
     shaded = (arrays["emitter"] == 0) & (arrays["background"] == 0)
     back = int(arrays.pop("back").sum())
     # Summed in the tiles' order: the bits do not depend on who finished first.
-    total = np.sum([pass_sums[number] for number in sorted(pass_sums)], axis=0)
+    sums = np.array([pass_sums[number] for number in sorted(pass_sums)])
     return Image(
         **arrays,
-        pass_means=total / max(shaded.sum(), 1),
+        pass_means=sums.sum(axis=0) / max(shaded.sum(), 1),
         back_faces=back,
         left_out=needs.left_out,
+        clumping=_clumping(sums, arrays["pixel_variance"][shaded]) if common else 1.0,
         routes=dict(sorted(routes.items())),
     )
+
+
+def _clumping(sums: Floats, pixel_variance: Floats) -> float:
+    """From each tile's sum of each pass (tiles, passes); below 1 it is taken for chance."""
+    alone = float(pixel_variance.sum())
+    if sums.shape[1] < 2 or alone == 0:
+        return 1.0
+    return max(1.0, float(sums.var(axis=1, ddof=1).sum()) / alone)
 
 
 def _run(job: Job, parts: list[Tile], executor: Executor | None) -> Iterator[tuple[Tile, dict[str, Any]]]:

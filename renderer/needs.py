@@ -128,6 +128,7 @@ def _blockers(geometry: Geometry, light: Light, receivers: Floats) -> Blockers:
     points, at_infinity = hull(light)
     found = Blockers.everything(geometry).between(receivers, points, at_infinity)
     lit = np.flatnonzero(_reflecting(geometry)[geometry.triangle_surface])
+    # Beyond a few thousand, their planes tell little.
     if geometry.ellipsoids or found.triangles.size * lit.size > PAIRS or found.triangles.size == 0:
         return found
     g, k = geometry, found.triangles
@@ -172,7 +173,7 @@ def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Ne
         Leave nothing out: the same image to rounding, at full price.
     """
     if everything:
-        whole = Blockers.everything(geometry)
+        whole = Blockers.everything(geometry).gathered()
         return Needs(tuple(Source(i, light, whole, True) for i, light in enumerate(scene.lights)), ())
     receivers = _receivers(geometry)
     left_out: list[LeftOut] = []
@@ -184,7 +185,7 @@ def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Ne
         if reason:
             left_out.append(LeftOut(name, reason))
             continue
-        blockers = _blockers(geometry, light, receivers)
+        blockers = _blockers(geometry, light, receivers).gathered()
         kept = blockers.triangles.size + blockers.ellipsoids.size
         if kept == 0:
             left_out.append(LeftOut(f"shadow rays to {name}", "nothing stands between it and a surface it lights"))

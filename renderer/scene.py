@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -189,7 +190,15 @@ class Mesh:
         )
 
     def __hash__(self) -> int:
-        return hash((self.material, self.vertices.tobytes(), self.triangles.tobytes()))
+        return hash(self.digest)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of everything about it, as hex; found once."""
+        told = hashlib.sha256(f"{self.vertices.shape},{self.triangles.shape},{self.material!r};".encode())
+        told.update(self.vertices.data)
+        told.update(self.triangles.data)
+        return told.hexdigest()
 
     @property
     def corners(self) -> tuple[Floats, Floats, Floats]:
@@ -475,7 +484,5 @@ class Scene:
                 continue
             told.update(f"{entry.name}={getattr(self, entry.name)!r};".encode())
         for mesh in self.meshes:
-            told.update(f"mesh={mesh.vertices.shape},{mesh.triangles.shape},{mesh.material!r};".encode())
-            told.update(mesh.vertices.tobytes())
-            told.update(mesh.triangles.tobytes())
+            told.update(f"mesh={mesh.digest};".encode())
         return told.hexdigest()

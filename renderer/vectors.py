@@ -35,10 +35,10 @@ def cross(a: Floats, b: Floats) -> Floats:
 
 def unit(v: Floats) -> Floats:
     """v / |v|; scaled first, so that no square under- or overflows. Zero vectors stay zero."""
-    scale = np.abs(v).max(axis=0)
+    scale = np.maximum(np.maximum(np.abs(v[0]), np.abs(v[1])), np.abs(v[2]))
     scaled = v / np.where(scale > 0, scale, 1.0)
     length = np.sqrt(dot(scaled, scaled))
-    return scaled / np.where(length > 0, length, 1.0)
+    return np.asarray(scaled / np.where(length > 0, length, 1.0))
 
 
 def transform(matrix: ArrayLike, v: Floats) -> Floats:

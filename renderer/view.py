@@ -46,9 +46,7 @@ class View:
 
 def look(scene: Scene, geometry: Geometry, x: Floats, y: Floats) -> View:
     """Trace the rays through image points (x, y) in pixels, each (n,), y down."""
-    # The cone of the points' bounding box, a hair wider: triangles outside it are not looked at.
-    x0, x1, y0, y1 = x.min() - 0.01, x.max() + 0.01, y.min() - 0.01, y.max() + 0.01
-    corners = primary_directions(scene, np.array([x0, x1, x0, x1]), np.array([y0, y0, y1, y1]))
+    corners = primary_directions(scene, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
     d = primary_directions(scene, x, y)
     hits = first_hits(geometry, column(scene.camera.position), d, corners)
     outgoing = -unit(d)

@@ -38,7 +38,12 @@ def edge_functions(a: Floats, b: Floats, c: Floats, p: Floats) -> tuple[tuple[Fl
 
 def _edge(start: Floats, end: Floats, p: Floats) -> tuple[Floats, Floats]:
     arm, edge = start - p, end - start
-    return cross(arm, edge), EDGE_ULPS * np.abs(arm).max(axis=0) * np.abs(edge).max(axis=0)
+    return cross(arm, edge), EDGE_ULPS * largest(arm) * largest(edge)
+
+
+def largest(v: Floats) -> Floats:
+    """max|v| over the first axis."""
+    return np.maximum(np.maximum(np.abs(v[0]), np.abs(v[1])), np.abs(v[2]))
 
 
 def one_norm(d: Floats) -> Floats:

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry import Geometry, Ints
-from ..primary import Hits, Pencil, ellipsoid_distance, hits_at
+from ..pencil import Pencil
+from ..primary import Hits, ellipsoid_distance, hits_at
 from ..scene import Scene
 from ..shading import ShadingPoints, shading_points
 from ..vectors import Floats, dot, unit
@@ -133,5 +134,6 @@ class Regions:
         for index in range(self.geometry.ellipsoids):
             mine = np.flatnonzero(ellipsoid == index)
             distance[mine] = ellipsoid_distance(self.geometry, index, self.lens.origin, d[:, mine], certain=True)
-        hits: Hits = hits_at(self.geometry, self.pencil, self.lens.origin, d, triangle, ellipsoid, distance)
+        weight = self.pencil.weights(d, triangle) if self.geometry.triangles else np.zeros_like(d)
+        hits: Hits = hits_at(self.geometry, self.lens.origin, d, triangle, weight, ellipsoid, distance)
         return shading_points(self.geometry, hits, -unit(d), np.arange(x.size))

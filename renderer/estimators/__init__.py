@@ -9,6 +9,7 @@ from __future__ import annotations
 from .analytic import Analytic
 from .area import Area
 from .area_lattice import AreaLattice
+from .common_points import CommonPoints, CommonPointsFixed
 from .control_variate import ControlVariate
 from .exact import Exact
 from .protocol import Claim, Estimator
@@ -22,6 +23,8 @@ ESTIMATORS: tuple[type[Estimator], ...] = (
     VisibilityCentre,
     VisibilityAnalytic,
     ControlVariate,
+    CommonPoints,
+    CommonPointsFixed,
     Exact,
 )
 
@@ -31,6 +34,8 @@ __all__ = [
     "Area",
     "AreaLattice",
     "Claim",
+    "CommonPoints",
+    "CommonPointsFixed",
     "ControlVariate",
     "Estimator",
     "Exact",

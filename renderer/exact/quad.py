@@ -4,6 +4,7 @@ unlit    the light's back, or below the horizon: exactly 0
 lit      nothing reaches into the light's cone: closed form
 hidden   one occluder holds the whole light, or nothing is left of the contour: exactly 0
 exact    the boundary integral over the visible contour
+silhouette  big closed meshes: see `penumbra`; taken for all points at once (`estimators.exact`)
 sampled  too many candidates: the closed form minus a Monte Carlo estimate of what is hidden
 
 Accuracy is absolute, relative to the unoccluded value: what is left of a light deep in penumbra is a difference.
@@ -33,7 +34,7 @@ from .standing import Standing, portions
 BLOCK = 4096
 """Points handled at once."""
 
-ROUTES = ("unlit", "lit", "hidden", "exact", "sampled")
+ROUTES = ("unlit", "lit", "hidden", "exact", "silhouette", "sampled")
 
 
 @dataclass

@@ -19,7 +19,6 @@ _SOURCES = "quadLight, point, directional or sun: no other source is supported"
 REFUSED = {
     "vertexnormal": _NORMALS,
     "trinormal": _NORMALS,
-    "mesh": "vertex and tri lines: mesh files are not supported yet",
     "texture": "one colour for each surface and light: textures are not supported",
     "sphereLight": _SOURCES,
     "spot": _SOURCES,
@@ -85,6 +84,7 @@ COMMANDS = {
     "maxvertnorms": _command(SceneState.accepted, _whole, "count"),
     "vertex": _command(SceneState.vertex, _number, "x y z"),
     "tri": _command(SceneState.tri, _whole, "i j k"),
+    "mesh": _command(SceneState.mesh, _word, "file"),
     "sphere": _command(SceneState.sphere, _number, "center:xyz radius"),
     "translate": _command(SceneState.translate, _number, "x y z"),
     "rotate": _command(SceneState.rotate, _number, "axis:xyz degrees"),

@@ -55,10 +55,13 @@ def read_scene(path: str | Path, *, lenient: bool = False) -> Scene:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise InputError("text", data[error.start : error.end], "UTF-8", f"{where}:{line}") from None
-    return parse_scene(text, name=_printable(Path(path).stem), where=where, lenient=lenient)
+    name, folder = _printable(Path(path).stem), Path(path).parent
+    return parse_scene(text, name=name, where=where, lenient=lenient, folder=folder)
 
 
-def parse_scene(text: str, *, name: str = "scene", where: str = "<text>", lenient: bool = False) -> Scene:
+def parse_scene(
+    text: str, *, name: str = "scene", where: str = "<text>", lenient: bool = False, folder: Path | None = None
+) -> Scene:
     """Read a scene from text.
 
     Parameters
@@ -71,6 +74,8 @@ def parse_scene(text: str, *, name: str = "scene", where: str = "<text>", lenien
         What errors and warnings call the text.
     lenient : bool
         Warn of an unknown command instead of refusing it.
+    folder : path, optional
+        Where ``mesh`` finds its files; None: it is refused.
 
     Returns
     -------
@@ -85,7 +90,7 @@ def parse_scene(text: str, *, name: str = "scene", where: str = "<text>", lenien
     if (nul := text.find("\0")) >= 0:
         line = text.count("\n", 0, nul) + 1
         raise InputError("text", "\0", "text without NUL bytes", f"{where}:{line}")
-    reader = _Reader(SceneState(where), lenient)
+    reader = _Reader(SceneState(where, folder), lenient)
     reader.read(text)
     return reader.state.scene(name)
 

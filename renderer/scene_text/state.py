@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..errors import InputError
+from ..mesh_files import find_inside, read_mesh_file
 from ..scene import (
     Camera,
     DirectionalLight,
@@ -46,10 +50,12 @@ class SceneState:
     ----------
     where : str
         What errors and warnings call the file. ``line`` is set by whoever feeds the commands.
+    folder : path, optional
+        The file's folder, where its mesh files are; None: a text has none.
     """
 
-    def __init__(self, where: str) -> None:
-        self.where, self.line = where, 1
+    def __init__(self, where: str, folder: Path | None = None) -> None:
+        self.where, self.line, self._folder = where, 1, folder
         self.pile = TrianglePile(where)
         self.transform, self._pushed = transforms.IDENTITY, list[transforms.Affine]()
         self._settings: dict[str, tuple[Any, int]] = {}  # by command: its value, its line
@@ -158,6 +164,26 @@ class SceneState:
             if not 0 <= corner < count:
                 raise InputError(f"tri {name}", corner, f"an index of the {count} vertices so far, from 0")
         self.pile.add_triangles(corners, self.line, self.transform)
+
+    def mesh(self, name: str) -> None:
+        """The triangles of a PLY or OBJ file, a mesh of their own."""
+        if self._folder is None:
+            raise InputError("mesh", name, "a scene that is a file: a text has no folder to look in")
+        try:
+            surface = read_mesh_file(find_inside(self._folder, name))
+        except InputError as error:
+            raise (error.at(f"{self.place}: {error.where}") if error.where else error) from None
+        x, y, z = surface.vertices
+        with np.errstate(over="ignore", invalid="ignore"):  # Mesh refuses what overflows
+            vertices = np.stack([a * x + b * y + c * z + d for a, b, c, d in self.transform])
+        surface, dropped = replace(surface, vertices=vertices).with_area()
+        if not surface.triangles.size:
+            raise InputError("mesh", f"{name}, no area", "a triangle that spans an area")
+        if dropped:
+            self.warn(f"{dropped} triangles of {name} span no area: dropped", self.place)
+        self._close_mesh()
+        self._meshes.append(Mesh(surface.vertices, surface.triangles, self._material))
+        self._tell_emission()
 
     def sphere(self, x: float, y: float, z: float, radius: float) -> None:
         if radius <= 0:

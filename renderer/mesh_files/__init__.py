@@ -1,0 +1,68 @@
+"""Triangle meshes from files of other programs: PLY (ASCII and binary) and Wavefront OBJ.
+
+Only shapes are taken: positions and faces. Normals, colours, texture coordinates, groups and materials are
+not looked at. Polygons are cut into fans from their first corner.
+
+A reader of our own, because this package stands on NumPy alone and these two formats, for shapes only, are
+short: everything below is array work, bounded by the file's size.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..errors import InputError
+from .obj import read_obj
+from .ply import read_ply
+from .surface import Surface
+
+__all__ = ["Surface", "find_inside", "read_mesh_file"]
+
+MAX_BYTES = 1 << 28
+READERS = {".ply": read_ply, ".obj": read_obj}
+
+
+def find_inside(folder: Path, name: str) -> Path:
+    """The file ``name`` of a scene in ``folder``: below it, reached through no link.
+
+    Raises
+    ------
+    InputError
+        For an absolute name, ``..``, a link anywhere on the way, or what is not a regular file.
+    """
+    parts = Path(name).parts
+    if not parts or Path(name).is_absolute() or ".." in parts or "\\" in name or ":" in name or not name.isprintable():
+        raise InputError("mesh", name, "a file name relative to the scene's folder, without ..")
+    path = folder
+    for part in parts:
+        path = path / part
+        if path.is_symlink():
+            raise InputError("mesh", name, "a file that is reached through no link")
+    if not path.is_file():
+        found = "a folder" if path.is_dir() else "not a regular file" if path.exists() else "missing"
+        raise InputError("mesh", f"{name}, {found}", "a regular file in the scene's folder")
+    return path
+
+
+def read_mesh_file(path: Path) -> Surface:
+    """Read a PLY or OBJ file of at most 256 MiB.
+
+    Raises
+    ------
+    InputError
+        If it is not one, with its name and what is wrong.
+    """
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise InputError("mesh", path.name, "a file that ends in .ply or .obj")
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise InputError("mesh", f"{path.name}, {error.strerror}", "a file that can be read") from None
+    if len(data) > MAX_BYTES:
+        raise InputError("mesh", f"{path.name}, over {MAX_BYTES} bytes", f"at most {MAX_BYTES} bytes")
+    try:
+        return reader(data)
+    except InputError as error:
+        raise error.at(path.name) from None

@@ -1,0 +1,112 @@
+"""A quad light's own coordinates, in which projection from a point is two products and a sum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..pairs import take
+from ..scene import QuadLight
+from ..silhouette import Outline
+from ..vectors import Floats, column, cross, dot, transform, unit
+
+
+@dataclass(frozen=True, eq=False)
+class LightFrame:
+    """(p, q, r): corner + p ab + q ac + r normal, r > 0 where the light shines; sheared lights are squares too.
+
+    Parameters
+    ----------
+    light : QuadLight
+    rows : (3, 3) float64
+        World vector to (p, q, r).
+    rim : (3, 4) float64
+        Corners, counter-clockwise seen from where it shines: (0, 0), (0, 1), (1, 1), (1, 0).
+    """
+
+    light: QuadLight
+    rows: Floats
+    rim: Floats
+
+    @classmethod
+    def of(cls, light: QuadLight) -> LightFrame:
+        """The frame of a light."""
+        p, ab, ac = column(light.corner), column(light.ab), column(light.ac)
+        rows = np.linalg.inv(np.hstack((ab, ac, unit(-cross(ab, ac)))))
+        return cls(light, rows, np.hstack((p, p + ac, p + ab + ac, p + ab)))
+
+    @classmethod
+    def turned(cls, light: QuadLight, corner: int) -> LightFrame:
+        """The frame whose origin is the ``corner`` (0 to 3) of the light's own rim."""
+        rim = cls.of(light).rim
+        at, after, before = (rim[:, (corner + k) % 4] for k in (0, 1, 3))
+        ab, ac = (tuple((v - at).tolist()) for v in (before, after))
+        return cls.of(QuadLight(tuple(at.tolist()), ab, ac, light.radiance))
+
+    def point(self, x: Floats) -> Floats:
+        """Coordinates of points (3, n)."""
+        return transform(self.rows, x - self.rim[:, :1])
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """Edges that may be silhouette edges before the light, from somewhere in a box of receivers.
+
+    Parameters
+    ----------
+    start, end : (3, e) float64
+        World.
+    local_start, local_end : (3, e) float64
+        The same in the light's frame.
+    left, right : (4, e) float64
+        Planes n, n . a of the faces beside them.
+    """
+
+    start: Floats
+    end: Floats
+    local_start: Floats
+    local_end: Floats
+    left: Floats
+    right: Floats
+
+    @classmethod
+    def of(cls, outline: Outline, frame: LightFrame) -> Candidates:
+        """All edges of an outline."""
+        size = np.sqrt(dot(outline.plane[:3], outline.plane[:3]))
+        plane = outline.plane / size
+        local = frame.point(outline.start), frame.point(outline.end)
+        return cls(outline.start, outline.end, *local, plane[:, outline.left], plane[:, outline.right])
+
+    @property
+    def count(self) -> int:
+        return self.start.shape[1]
+
+    def near(self, x: Floats, local: Floats) -> Candidates:
+        """Without those that surely do not matter to any of the points x (3, n), ``local`` in the light's frame.
+
+        Dropped are edges whose faces both look towards all of the points' bounding box, or both away from it
+        (affine in x), and edges beyond one side of the light: whether a point projects beyond p = c is the sign
+        of r_P (c - p_x) + r_x (p_P - c), affine in each coordinate of x, so that the box's corners tell.
+        """
+        low, high = x.min(axis=1), x.max(axis=1)
+        centre, half = (low + high) / 2, (high - low) / 2
+        sure = []
+        for plane in (self.left, self.right):
+            height = plane[0] * centre[0] + plane[1] * centre[1] + plane[2] * centre[2] - plane[3]
+            reach = np.abs(plane[0]) * half[0] + np.abs(plane[1]) * half[1] + np.abs(plane[2]) * half[2]
+            reach += 1e-13 * (np.abs(plane[3]) + np.abs(x).max())
+            sure.append((height > reach, height < -reach))
+        out = (sure[0][0] & sure[1][0]) | (sure[0][1] & sure[1][1])
+        low, high = local.min(axis=1), local.max(axis=1)
+        slack = 1e-12 * (1 + max(np.abs(low).max(), np.abs(high).max())) ** 2
+        for axis in (0, 1):
+            for bound, sign, extreme in ((0.0, 1.0, low[axis]), (1.0, -1.0, high[axis])):
+                beyond = np.ones(self.count, dtype=bool)
+                for end in (self.local_start, self.local_end):
+                    lever = end[2] * (sign * (bound - extreme))
+                    arm = sign * (end[axis] - bound)
+                    beyond &= lever + np.maximum(arm * low[2], arm * high[2]) < -slack
+                out |= beyond
+        k = np.flatnonzero(~out)
+        return Candidates(*(take(getattr(self, name), k) for name in self.__dataclass_fields__))
