@@ -8,6 +8,7 @@ arc: up to all of the light. The product of three vectors that are given exactly
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..closed_forms import double_double as dd
 from ..vectors import Floats
@@ -16,7 +17,7 @@ ROUNDING = 32 * 2.0**-53
 """Rounding of the product, in products of the vectors' largest components."""
 
 
-def sharpened(height: Floats, a: Floats, b: Floats, c: Floats, there: Floats | None = None) -> Floats:
+def sharpened(height: Floats, a: Floats, b: Floats, c: Floats, there: NDArray[np.bool_] | None = None) -> Floats:
     """Triple products (a x b) . c, with those that rounding could have turned taken again; in place.
 
     Parameters

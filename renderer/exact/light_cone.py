@@ -41,9 +41,8 @@ class LightCone:
 
     def take(self, index: Ints) -> LightCone:
         """The cones of the points ``index``."""
-        return LightCone(
-            *(v[..., index] for v in (self.start, self.end, self.planes, self.corners, self.live)), self.closed
-        )
+        start, end, planes, corners = (v[..., index] for v in (self.start, self.end, self.planes, self.corners))
+        return LightCone(start, end, planes, corners, self.live[..., index], self.closed)
 
 
 def light_corners(light: QuadLight, points: Floats) -> Floats:
