@@ -43,12 +43,15 @@ class Exact:
     finer : int
         How much finer than needed for 1e-6 the strips are where a big mesh's layers overlap: the error falls about
         as its square.
+    merge : int
+        How many of those strips are taken as one: faster, and less exact.
     """
 
     samples: int = 1
     stratified: bool = False
     shortcuts: bool = True
     finer: int = 1
+    merge: int = 1
     name: ClassVar[str] = "exact"
     summary: ClassVar[str] = "boundary integrals over the visible contour: soft shadows without noise"
 
@@ -80,7 +83,7 @@ class Exact:
         tally = Tally()
         if _by_silhouettes(source):
             tally.add("silhouette", points.count)
-            return mesh_radiance(points, source, self.finer), tally.counts
+            return mesh_radiance(points, source, self.finer, self.merge), tally.counts
         if isinstance(source.light, QuadLight) and (not source.blockers.none or not self.shortcuts):
             if _too_large(source):
                 tally.add("sampled", points.count)

@@ -23,7 +23,7 @@ def bounds_alone(source: Source) -> bool:
     return closed and not b.loose.size and not b.ellipsoids.size and shines_clear(source)
 
 
-def mesh_radiance(points: ShadingPoints, source: Source, finer: int = 1) -> Floats:
+def mesh_radiance(points: ShadingPoints, source: Source, finer: int = 1, merge: int = 1) -> Floats:
     """Radiance (3, n) that diffuse points reflect; for sources whose shadows `bounds_alone` tells.
 
     Where layers do not overlap it is exact to rounding. Where they do, edges that cross inside a strip of the light
@@ -35,5 +35,5 @@ def mesh_radiance(points: ShadingPoints, source: Source, finer: int = 1) -> Floa
     out = quad_light(points, light, source.glossy)
     if points.count == 0:
         return out
-    lost = hidden_irradiance(source, points.position, points.normal, finer)
+    lost = hidden_irradiance(source, points.position, points.normal, finer, merge)
     return out - points.diffuse * (lost / math.pi) * colour(light)
