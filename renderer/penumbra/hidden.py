@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from ..bvh import morton
@@ -9,6 +11,7 @@ from ..common_visibility import CommonVisibility
 from ..geometry import Ints
 from ..needs import Source
 from ..scene import QuadLight
+from ..silhouette import Outline
 from ..vectors import Floats, column, dot
 from .contour import Rim, layers, pieces
 from .light_frame import Candidates, LightFrame
@@ -72,11 +75,16 @@ def hidden_irradiance(source: Source, x: Floats, n: Floats, detail: int = 1, mer
     return out
 
 
+@lru_cache(maxsize=8)
+def _candidates(outline: Outline, light: QuadLight) -> Candidates:
+    return Candidates.of(outline, LightFrame.of(light))
+
+
 def _from_corner(view: CommonVisibility, frame: LightFrame, x: Floats, n: Floats, detail: int, merge: int) -> Floats:
     """For points whose horizon is below the frame's first corner."""
     if view.outline is None:
         return np.zeros(x.shape[1])
-    everything = Candidates.of(view.outline, frame)
+    everything = _candidates(view.outline, frame.light)
     low, high = x.min(axis=1, keepdims=True), x.max(axis=1, keepdims=True)
     span = np.where(high > low, high - low, 1.0)
     order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
