@@ -17,7 +17,7 @@ from ..errors import InputError
 from ..exact.quad import QuadShadows, Tally
 from ..exact.standing import Standing
 from ..needs import Needs, Source
-from ..penumbra import bounds_alone, mesh_radiance
+from ..penumbra import bounds_alone, mesh_radiance, why_not
 from ..scene import QuadLight
 from ..shading import ShadingPoints
 from ..vectors import Floats
@@ -62,6 +62,14 @@ class Exact:
 
     def is_random(self, needs: Needs) -> bool:
         return any(_may_sample(source) for source in needs.sources)
+
+    def sampled(self, needs: Needs) -> tuple[str, ...]:
+        """Which lights with big meshes before them are left to sampling, and why."""
+        return tuple(
+            f"shadows of light {source.index + 1} are sampled: {why_not(source)}"
+            for source in needs.sources
+            if source.blockers.hierarchy is not None and _may_sample(source)
+        )
 
     def __call__(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
         return self.with_routes(points, source, rng)[0]
