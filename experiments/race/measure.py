@@ -26,7 +26,7 @@ TOLERANCES = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
 """Asked of our pixels by area."""
 MERGED = (32, 16, 4, 1)
 """Strips taken as one (see `Exact`), for every pixel behind big meshes."""
-INTERPOLATED = ((1e-1, 16), (3e-2, 16), (1e-2, 16), (3e-3, 8), (1e-3, 4))
+INTERPOLATED = ((0.9, 32), (1e-1, 16), (3e-2, 16), (5e-3, 16), (1e-3, 4))
 """Tolerances of interpolation, and strips taken as one: what is reached is far below what is asked."""
 
 Step = tuple[float, Estimator]

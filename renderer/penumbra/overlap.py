@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..geometry import Ints
 from ..pairs import expand, take
 from ..vectors import Floats, column, cross, dot
-from .contour import Pieces, Rim
+from .contour import Pieces, Rim, above_horizon
 from .light_frame import LightFrame
 
 PART = 1 / 64
@@ -116,8 +116,9 @@ def extra_layers(
     line = np.concatenate((line[k], more))
     change = np.concatenate((change[k], left[more] - 1))
     i = take(who, line)
+    clear = above_horizon(x, n, frame)
     x, n, q = take(x, i), take(n, i), take(q, line)
-    low, high = _span(x, n, frame, q)
+    low, high = (np.zeros(i.size), np.ones(i.size)) if clear else _span(x, n, frame, q)
     p = np.clip(np.concatenate((p[k], np.zeros(more.size))), low, high)
     term = line_term(x, n, frame, p, q, high)
     return np.asarray(np.bincount(i, term * change * take(weight, line), minlength=count))
