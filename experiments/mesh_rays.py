@@ -14,11 +14,12 @@ import numpy as np
 from experiments.generated import generated
 from experiments.runs.declared import Experiment, Job, Outcome, Settings
 from experiments.runs.figures import BLUE, RED, canvas
-from renderer.camera import pixel_centres
+from renderer.camera import pixel_centres, primary_directions
 from renderer.common_visibility import CommonVisibility
 from renderer.estimators.common_points import lattice
 from renderer.image import prepare
 from renderer.needs import Source
+from renderer.primary import first_hits
 from renderer.scene import QuadLight
 from renderer.shading import ShadingPoints
 from renderer.vectors import column, dot
@@ -55,7 +56,9 @@ def measure(triangles: int, side: int, points: int, repeats: int) -> Outcome:
     scene = generated("mesh", triangles).with_(width=side, height=side)
     geometry, needs = prepare(scene)
     x, y = pixel_centres(range(side), range(side))
-    rows = [_row("camera", triangles, x.size, _seconds(lambda: look(scene, geometry, x, y), repeats))]
+    origin, d = column(scene.camera.position), primary_directions(scene, x, y)
+    pixel = primary_directions(scene, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+    rows = [_row("camera", triangles, x.size, _seconds(lambda: first_hits(geometry, origin, d, pixel), repeats))]
     view = look(scene, geometry, x, y).points
     (source,) = needs.sources
     floor = view.position[2] < 1e-9
