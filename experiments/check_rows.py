@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mitsuba_bridge.reference import GlossyNeedsLLVM, Reference, ReferenceUnavailable
-from renderer.estimators import Claim, Estimator
+from renderer.estimators import Claim, Estimator, Exact
 from renderer.image import Image, prepare
 from renderer.needs import LeftOut, Needs
 from renderer.scene import Scene
@@ -47,7 +47,7 @@ def head_of(
         "command": command,
         "left_out": [vars(entry) for entry in _left_out(ours, needs, estimator, scene)],
         "routes": ours.routes,
-        "warnings": _warnings(scene, ours),
+        "warnings": [*_warnings(scene, ours), *notes(scene, estimator)],
     }
 
 
@@ -58,6 +58,11 @@ def _left_out(ours: Image, needs: Needs, estimator: Estimator, scene: Scene) -> 
     if not scene.is_glossy:
         found.append(LeftOut("the Phong plugin in Mitsuba", "no surface has a specular albedo"))
     return found
+
+
+def notes(scene: Scene, estimator: Estimator) -> list[str]:
+    """What an estimator without noise leaves to sampling because of what stands before a light."""
+    return list(estimator.sampled(prepare(scene)[1])) if isinstance(estimator, Exact) else []
 
 
 def _warnings(scene: Scene, ours: Image) -> list[str]:

@@ -156,6 +156,7 @@ def render(scene: str, output: Path, error: float | None, **options: Any) -> Non
     from renderer.image import render as render_image
 
     from .check import chosen_estimator, draw_area, with_pixel_rule
+    from .check_rows import notes
     from .files import check_image_name, write_image
     from .until import render_until
     from .workers import worker_pool
@@ -168,6 +169,8 @@ def render(scene: str, output: Path, error: float | None, **options: Any) -> Non
     estimator = chosen_estimator(read, name, options["samples"], options["stratified"])
     for warning in read.warnings:
         click.echo(f"warning: {warning}", err=True)
+    for note in notes(read, estimator):
+        click.echo(f"warning: {note}", err=True)
     offset = None
     if options["shadow_origin"] == "mitsuba":
         from mitsuba_bridge.ray_offset import mitsuba_offset

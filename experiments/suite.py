@@ -10,6 +10,8 @@ from .cornell import CORNELL
 from .error_against_time import ERROR_AGAINST_TIME
 from .glossy import GLOSSY
 from .light_units import LIGHT_UNITS
+from .mesh_cost import MESH_COST
+from .mesh_rays import MESH_RAYS
 from .nusselt_analog import NUSSELT_ANALOG
 from .offset import OFFSET
 from .planted_defects import PLANTED_DEFECTS
@@ -39,4 +41,6 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     OFFSET,
     VARIANCE_TABLE,
     ERROR_AGAINST_TIME,
+    MESH_RAYS,
+    MESH_COST,
 )

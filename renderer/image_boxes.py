@@ -68,6 +68,8 @@ class ImageBoxes:
     def nearest(self, d: Floats) -> tuple[Floats, Ints, Floats]:
         """Nearest triangle along each direction: distance (n,), triangle, weights (3, n)."""
         found = _Nearest(d.shape[1])
+        if d.shape[1] == 0:
+            return found.distance, found.triangle, found.weight
         if self.rows is None:
             self._dense(d, np.flatnonzero(self.live), found)
             return found.distance, found.triangle, found.weight

@@ -30,7 +30,7 @@ CELLS = 256
 """Cells along a side of the grid, at most."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Outline:
     """The edges of a surface that may be on its silhouette, seen from somewhere on a light.
 

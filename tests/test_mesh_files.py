@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from experiments.cli import main
 from experiments.meshes import displaced_sphere
 from renderer.errors import InputError
+from renderer.estimators import CommonPointsFixed
+from renderer.image import render
 from renderer.mesh_files import read_mesh_file
+from renderer.mesh_topology import closed_surface
 from renderer.scene_text import parse_scene, read_scene, write_scene
 
 HEAD = "size 8 8\ncamera 0 -3 1  0 0 0  0 0 1  40\n"
@@ -169,3 +174,89 @@ def test_a_mesh_file_lies_below_its_scene_and_behind_no_link(tmp_path, name):
 def test_a_text_without_a_file_has_no_meshes():
     with pytest.raises(InputError, match="scene that is a file"):
         parse_scene(HEAD + "mesh a.ply\n")
+
+
+SHADE = """size 10 8
+camera 0 -3 2.5  0 0 .5  0 0 1  40
+integrator direct
+quadLight -.5 -.5 2  1 0 0  0 1 0  10 10 10
+diffuse .7 .7 .7
+vertex -2 -2 0
+vertex 2 -2 0
+vertex 2 2 0
+vertex -2 2 0
+tri 0 1 2
+tri 0 2 3
+translate 0 0 .9
+scale .4 .4 .4
+mesh m.obj
+"""
+
+
+def obj(vertices, triangles) -> str:
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.T.tolist()]
+    return "\n".join(lines + [f"f {i} {j} {k}" for i, j, k in (triangles.T + 1).tolist()])
+
+
+def rendered(folder, vertices, triangles, estimator="exact"):
+    """Exit status, what was said, and the image of a scene with that mesh."""
+    (folder / "m.obj").write_text(obj(vertices, triangles))
+    (folder / "s.test").write_text(SHADE)
+    out = folder / "s.npy"
+    done = CliRunner().invoke(main, ["render", str(folder / "s.test"), "--estimator", estimator, "-o", str(out)])
+    return done.exit_code, done.stderr, np.load(out) if out.exists() else None
+
+
+def test_bodies_are_shaded_without_noise_and_what_bounds_none_by_sampling_with_the_reason(tmp_path):
+    vertices, triangles = displaced_sphere(800)
+    shifted = np.hstack((vertices, 0.6 * vertices + [[0.7], [0.1], [0.2]]))
+    pair = np.hstack((triangles, triangles + vertices.shape[1]))  # two bodies through each other
+    status, said, whole = rendered(tmp_path, vertices, triangles)
+    assert (status, said) == (0, "")
+    status, said, both = rendered(tmp_path, shifted, pair)
+    assert (status, said) == (0, "")
+    assert np.abs(both - whole).max() > 0.05  # the control: the second body shows
+    scene = read_scene(tmp_path / "s.test")
+    sampled = render(scene, CommonPointsFixed(samples=987)).mean.transpose(1, 2, 0)
+    assert np.sqrt(((sampled - both) ** 2).mean()) < 3e-3 * np.sqrt((both**2).mean())
+    open_ = triangles[:, 1:]
+    status, said, _ = rendered(tmp_path, vertices, open_)
+    assert status == 0
+    assert "light 1 are sampled: its big mesh does not bound a body: 3 edges belong to one triangle alone" in said
+    turned = np.where(np.arange(triangles.shape[1]) == 40, triangles[::-1], triangles)
+    status, said, _ = rendered(tmp_path, vertices, turned)
+    assert status == 0
+    assert "3 edges are run along more often one way than the other: it is wound badly" in said
+    status, said, inside_out = rendered(tmp_path, vertices, triangles[::-1])
+    assert status == 0
+    assert "sampled" not in said  # closed all the same; its back is black, its shadow is not
+    floor = (whole > 0).all(axis=-1) & (inside_out > 0).all(axis=-1)
+    np.testing.assert_allclose(inside_out[floor], whole[floor], rtol=1e-9)
+
+
+def test_a_wing_on_a_body_is_open_and_bodies_that_share_an_edge_are_not():
+    vertices, triangles = displaced_sphere(400)
+    corners = [vertices[:, k] for k in triangles]
+    a, b = corners[0][:, 0], corners[1][:, 0]
+    tip = a + 2 * (a - vertices.mean(axis=1))
+    wing = [np.column_stack((v, w)) for v, w in zip(corners, (a, b, tip), strict=True)]  # three on one edge
+    surface, reason = closed_surface(*wing)
+    assert surface is None
+    assert "2 edges belong to one triangle alone" in reason
+    assert "1 edges are run along more often" in reason
+    mirrored = [2 * a[:, None] - v for v in (corners[0], corners[1], corners[2])]  # meets the first in a vertex
+    assert closed_surface(*(np.hstack(pair) for pair in zip(corners, mirrored, strict=True)))[0] is not None
+
+
+def test_a_bad_mesh_file_ends_the_command_in_one_line_and_writes_nothing(tmp_path):
+    (tmp_path / "s.test").write_text(SHADE)
+    for content in ("v 0 0 0\nf 1 2 3\n", "", None):
+        if content is not None:
+            (tmp_path / "m.obj").write_text(content)
+        else:
+            (tmp_path / "m.obj").unlink()
+        done = CliRunner().invoke(main, ["render", str(tmp_path / "s.test"), "-o", str(tmp_path / "s.npy")])
+        assert done.exit_code == 2
+        assert "m.obj" in done.stderr
+        assert done.stderr.strip().count("\n") == 0
+        assert not (tmp_path / "s.npy").exists()

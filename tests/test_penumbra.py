@@ -190,3 +190,20 @@ def test_what_it_cannot_do_is_refused():
         hidden_irradiance(source_of(LAMP, torn), x, n)
     with pytest.raises(ValueError, match=r"closed surface|behind the light"):
         hidden_irradiance(source_of(LAMP, plate(-0.2, 0.2, -0.2, 0.2, 2.5)), x, n)
+
+
+def test_strips_taken_together_cost_little_and_no_point_moves_another():
+    source = source_of(LAMP, made(torus_knot, 1200, 0.45, (0, 1.1, 0)))
+    rng = np.random.default_rng(4)
+    x = np.stack((rng.uniform(-0.9, 0.9, 200), np.zeros(200), rng.uniform(-0.9, 0.9, 200)))
+    n = np.tile(column((0, 1, 0)), (1, 200))
+    single = hidden_irradiance(source, x, n)
+    scale = np.sqrt((single**2).mean())
+    off = {}
+    for merge in (4, 16):
+        merged = hidden_irradiance(source, x, n, merge=merge)
+        off[merge] = float(np.abs(merged - single).max()) / scale
+        alone = [hidden_irradiance(source, x[:, [k]], n[:, [k]], merge=merge)[0] for k in range(0, 200, 20)]
+        np.testing.assert_allclose(merged[::20], alone, rtol=0.02, atol=0.02 * scale)
+    assert 0 < off[4] < 5e-3
+    assert off[16] < 2e-2

@@ -6,23 +6,31 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
 
 from mitsuba_bridge.race import WAYS, Race, Way, run_race
-from renderer.coverage import render_area
-from renderer.estimators import ESTIMATORS, Estimator
+from renderer.coverage import render_area, render_centre
+from renderer.estimators import ESTIMATORS, Estimator, Exact
 from renderer.image import Image, prepare, render
 from renderer.scene import Scene
 from renderer.vectors import Floats
 
 from ..workers import cores, worker_pool
 
-Rule = Literal["centre", "area"]
+Rule = Literal["centre", "area", "interpolated"]
+"""Every pixel's centre evaluated; the pixel's area; its centre, interpolated where checked differences allow it."""
 TOLERANCES = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
 """Asked of our pixels by area."""
+MERGED = (32, 16, 4, 1)
+"""Strips taken as one (see `Exact`), for every pixel behind big meshes."""
+INTERPOLATED = ((0.9, 32), (1e-1, 16), (3e-2, 16), (5e-3, 16), (1e-3, 4))
+"""Tolerances of interpolation, and strips taken as one: what is reached is far below what is asked."""
+
+Step = tuple[float, Estimator]
+"""Tolerance, 0 for none, and estimator of one of our images."""
 
 
 @dataclass(frozen=True)
@@ -79,17 +87,33 @@ class Measured:
 
 
 def noise_free(scene: Scene) -> Estimator | None:
-    """The first estimator that is exact for a scene and not random; None if there is none."""
+    """The first estimator that is exact for a scene and not random, else `Exact` if it is not random, else None."""
     _, needs = prepare(scene)
     for kind in ESTIMATORS:
         estimator = kind()
         if estimator.claim(needs) == "exact" and not estimator.is_random(needs):
             return estimator
-    return None
+    return None if Exact().is_random(needs) else Exact()
 
 
-Draw = Callable[[float, Executor | None], Image]
-"""(tolerance, executor) to an image."""
+def by_silhouettes(scene: Scene, estimator: Estimator) -> bool:
+    """Whether a scene's shadows are those of big closed meshes: exact to about 1e-6, each pixel dear."""
+    return estimator.claim(prepare(scene)[1]) == "consistent"
+
+
+def steps(scene: Scene, estimator: Estimator, rule: Rule) -> list[Step]:
+    """Our images, fastest first."""
+    if rule == "area":
+        return [(tolerance, estimator) for tolerance in TOLERANCES]
+    if not isinstance(estimator, Exact) or not by_silhouettes(scene, estimator):
+        return [(0.0, estimator)] if rule == "centre" else [(tolerance, estimator) for tolerance, _ in INTERPOLATED]
+    if rule == "centre":
+        return [(0.0, replace(estimator, merge=merge)) for merge in MERGED]
+    return [(tolerance, replace(estimator, merge=merge)) for tolerance, merge in INTERPOLATED]
+
+
+Draw = Callable[[Step, Executor | None], Image]
+"""(step, executor) to an image."""
 
 
 def measure(
@@ -99,21 +123,26 @@ def measure(
     found = Measured()
     view = scene.with_(spp=16 if rule == "area" else 1)
 
-    def draw(tolerance: float, executor: Executor | None) -> Image:
+    def draw(step: Step, executor: Executor | None) -> Image:
+        tolerance, chosen = step
         if rule == "centre":
-            return render(view, estimator, executor=executor)
-        area = render_area(view, estimator, tolerance=tolerance, executor=executor)
-        found.evaluations[f"{tolerance:g}"] = area.evaluations
-        return area.image
+            return render(view, chosen, executor=executor)
+        make = render_area if rule == "area" else render_centre
+        made = make(view, chosen, tolerance=tolerance, executor=executor)
+        found.evaluations[f"{tolerance:g}"] = made.evaluations
+        return made.image
 
+    ladder = steps(scene, estimator, rule)
     with _pools() as pools:
         started = time.perf_counter()
-        draw(TOLERANCES[0], None)
+        draw(ladder[0], None)
         found.first = time.perf_counter() - started
         truth, judged = _truth(view, estimator, rule, plan, pools["processes"], found)
-        found.workers = _fastest_pool(draw, pools)
+        dear = rule != "area" and by_silhouettes(scene, estimator)
+        found.workers = "processes" if dear else _fastest_pool(lambda pool: draw(ladder[len(ladder) // 2], pool), pools)
+        draw(ladder[0], pools[found.workers])  # each worker's first image is apart
         for number in range(plan.rounds):
-            found.ours.append(list(_laps(draw, rule, pools[found.workers], truth, judged)))
+            found.ours.append(list(_laps(draw, ladder, pools[found.workers], truth, judged)))
             found.mitsuba.append(
                 run_race(
                     view, truth, judged, sizes=plan.sizes, seed=seed + number, longest=plan.longest, ways=plan.ways
@@ -134,7 +163,9 @@ def _truth(
     view: Scene, estimator: Estimator, rule: Rule, plan: Plan, executor: Executor | None, found: Measured
 ) -> tuple[Floats, Any]:
     """The truth, and the pixels that are judged: not touched by a light, and by area at least partly shaded."""
-    if rule == "centre":
+    if rule != "area":
+        if isinstance(estimator, Exact):
+            estimator = replace(estimator, finer=2)
         image = render(view, estimator, executor=executor)
         return image.mean, image.shaded
     area = render_area(view, estimator, tolerance=plan.truth, executor=executor)
@@ -142,26 +173,25 @@ def _truth(
     return area.image.mean, (area.image.emitter == 0) & (area.image.background < 1)
 
 
-def _fastest_pool(draw: Draw, pools: dict[str, Executor | None]) -> str:
+def _fastest_pool(draw: Callable[[Executor | None], Image], pools: dict[str, Executor | None]) -> str:
     """Which executor is fastest, the first image of each apart."""
     seconds = {}
     for name, executor in pools.items():
         times = []
         for _ in range(3):
             started = time.perf_counter()
-            draw(1e-3, executor)
+            draw(executor)
             times.append(time.perf_counter() - started)
         seconds[name] = min(times[1:])
     return min(seconds, key=lambda name: seconds[name])
 
 
 def _laps(
-    draw: Draw, rule: Rule, executor: Executor | None, truth: Floats, judged: Any
+    draw: Draw, ladder: Sequence[Step], executor: Executor | None, truth: Floats, judged: Any
 ) -> Iterator[tuple[float, float, float]]:
-    tolerances: Sequence[float] = TOLERANCES if rule == "area" else (0.0,)
     norm = float((truth[:, judged] ** 2).sum())
-    for tolerance in tolerances:
+    for step in ladder:
         started = time.perf_counter()
-        image = draw(tolerance, executor)
+        image = draw(step, executor)
         seconds = time.perf_counter() - started
-        yield tolerance, seconds, float(np.sqrt(((image.mean - truth)[:, judged] ** 2).sum() / max(norm, 1e-300)))
+        yield step[0], seconds, float(np.sqrt(((image.mean - truth)[:, judged] ** 2).sum() / max(norm, 1e-300)))

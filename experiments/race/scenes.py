@@ -1,4 +1,4 @@
-"""The scenes of the race: classic ones, and a closed mesh over a floor."""
+"""The scenes of the race: classic ones, and closed meshes over a floor, small and big."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from renderer.scene import Camera, Material, Mesh, QuadLight, Scene
 
 from ..catalogue import load
 
-NAMES = ("quad", "near-light", "cornell-boxes", "cornell", "mesh")
+NAMES = ("quad", "near-light", "cornell-boxes", "cornell", "bumpy-ball", "mesh")
 RINGS = 24
 GREY = Material((0.6, 0.6, 0.6))
 
 
 def race_scene(name: str, side: int) -> Scene:
     """A scene of the race, ``side`` pixels high and as wide as its own shape says."""
-    scene = mesh_scene() if name == "mesh" else load(name)
+    scene = bumpy_ball_scene() if name == "bumpy-ball" else load(name)
     return scene.with_(width=max(1, round(side * scene.width / scene.height)), height=side)
 
 
-def mesh_scene() -> Scene:
+def bumpy_ball_scene() -> Scene:
     """A bumpy ball of about 2,200 triangles over a floor, under a square light."""
     floor = Mesh(
         np.array([(-2, 0, 2), (2, 0, 2), (2, 0, -2), (-2, 0, -2)], dtype=float).T,
@@ -28,7 +28,7 @@ def mesh_scene() -> Scene:
     )
     light = QuadLight((-0.5, 3.0, -0.5), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (9.0, 9.0, 8.0))
     camera = Camera((0.3, 2.4, 4.6), (0.0, 0.6, 0.0), (0.0, 1.0, 0.0), 38.0)
-    return Scene(256, 256, camera, (floor, bumpy_ball(RINGS)), (), (light,), name="mesh")
+    return Scene(256, 256, camera, (floor, bumpy_ball(RINGS)), (), (light,), name="bumpy-ball")
 
 
 def bumpy_ball(rings: int) -> Mesh:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry import Geometry, Ints
+from ..image_boxes import ImageBoxes
 from ..pencil import Pencil
 from ..primary import Hits, ellipsoid_distance, hits_at
 from ..scene import Scene
@@ -26,6 +27,8 @@ from .outlines import light_planes
 BLOCKS = (128, 64, 32, 16)
 """Pixels a side of the blocks whose triangles are looked up; small ones only where there are many triangles."""
 MANY = 200
+BIG = 4096
+"""Triangles beyond which rays are sorted into pixels instead."""
 NOTHING = -1
 MOST_PLANES = 16
 """Lights whose planes crease surfaces; further ones are left to refinement."""
@@ -96,7 +99,15 @@ class Regions:
             surface[nearer] = self.faces.count + index
         return self._sided(surface, d, near)
 
+    @cached_property
+    def _boxes(self) -> ImageBoxes:
+        corners = self.lens.directions(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+        return ImageBoxes.about(self.geometry, self.lens.origin, corners)
+
     def _nearest_triangles(self, x: Floats, y: Floats, d: Floats) -> tuple[Floats, Ints]:
+        if self.geometry.triangles > BIG:
+            distance, triangle, _ = self._boxes.nearest(d)
+            return 1 / distance, triangle
         level = 1 if self.geometry.triangles < MANY else len(BLOCKS) - 1
         size = BLOCKS[level]
         across = -(-self.lens.width // size)

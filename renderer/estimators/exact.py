@@ -17,7 +17,7 @@ from ..errors import InputError
 from ..exact.quad import QuadShadows, Tally
 from ..exact.standing import Standing
 from ..needs import Needs, Source
-from ..penumbra import bounds_alone, mesh_radiance
+from ..penumbra import bounds_alone, mesh_radiance, why_not
 from ..scene import QuadLight
 from ..shading import ShadingPoints
 from ..vectors import Floats
@@ -43,12 +43,15 @@ class Exact:
     finer : int
         How much finer than needed for 1e-6 the strips are where a big mesh's layers overlap: the error falls about
         as its square.
+    merge : int
+        How many of those strips are taken as one: faster, and less exact.
     """
 
     samples: int = 1
     stratified: bool = False
     shortcuts: bool = True
     finer: int = 1
+    merge: int = 1
     name: ClassVar[str] = "exact"
     summary: ClassVar[str] = "boundary integrals over the visible contour: soft shadows without noise"
 
@@ -59,6 +62,14 @@ class Exact:
 
     def is_random(self, needs: Needs) -> bool:
         return any(_may_sample(source) for source in needs.sources)
+
+    def sampled(self, needs: Needs) -> tuple[str, ...]:
+        """Which lights with big meshes before them are left to sampling, and why."""
+        return tuple(
+            f"shadows of light {source.index + 1} are sampled: {why_not(source)}"
+            for source in needs.sources
+            if source.blockers.hierarchy is not None and _may_sample(source)
+        )
 
     def __call__(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
         return self.with_routes(points, source, rng)[0]
@@ -80,7 +91,7 @@ class Exact:
         tally = Tally()
         if _by_silhouettes(source):
             tally.add("silhouette", points.count)
-            return mesh_radiance(points, source, self.finer), tally.counts
+            return mesh_radiance(points, source, self.finer, self.merge), tally.counts
         if isinstance(source.light, QuadLight) and (not source.blockers.none or not self.shortcuts):
             if _too_large(source):
                 tally.add("sampled", points.count)

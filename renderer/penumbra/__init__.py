@@ -12,6 +12,6 @@ which a strip is integrated: see `overlap`.
 from __future__ import annotations
 
 from .hidden import hidden_irradiance, shines_clear
-from .shade import bounds_alone, mesh_radiance
+from .shade import bounds_alone, mesh_radiance, why_not
 
-__all__ = ["bounds_alone", "hidden_irradiance", "mesh_radiance", "shines_clear"]
+__all__ = ["bounds_alone", "hidden_irradiance", "mesh_radiance", "shines_clear", "why_not"]

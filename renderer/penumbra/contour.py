@@ -66,14 +66,15 @@ def pieces(edges: Candidates, x: Floats, n: Floats, local: Floats, frame: LightF
     first, last = np.zeros(pair.size), np.ones(pair.size)
     begins, ends = np.full(pair.size, -1), np.full(pair.size, -1)
     sides = ((0, 1.0, 0.0), (1, -1.0, 1.0), (0, -1.0, 1.0), (1, 1.0, 0.0))
-    over = _over_horizon(edges, edge, x, n, owner)
-    for side in range(5):
+    # A light wholly above a horizon has nothing before it that is not.
+    clear = above_horizon(x, n, frame)
+    for side in range(4 if clear else 5):
         if side < 4:  # inside where sign (p - bound) >= 0, times the depth -r of the direction
             axis, sign, bound = sides[side]
             arm = at[axis] - bound
             ga, gb = (sign * (at[2] * v[axis] - arm * v[2]) for v in (a, b))
         else:
-            ga, gb = over
+            ga, gb = _over_horizon(edges, edge, x, n, owner)
         with np.errstate(divide="ignore", invalid="ignore"):
             cut = ga / (ga - gb)
         later = (ga < 0) & (gb >= 0) & (cut > first)
@@ -98,6 +99,13 @@ def pieces(edges: Candidates, x: Floats, n: Floats, local: Floats, frame: LightF
         on.append([np.clip(at[axis] - reach * u[axis], 0, 1) for axis in (0, 1)])
     p, q = (np.stack((on[0][axis], on[1][axis])) for axis in (0, 1))
     return Pieces(owner, a, b, begins, ends, p, q)
+
+
+def above_horizon(x: Floats, n: Floats, frame: LightFrame) -> bool:
+    """Whether all of the light is above the horizon of each point x with normal n, (3, m), by more than rounding."""
+    height = dot(n[:, None, :], frame.rim[:, :, None] - x[:, None, :])
+    size = np.abs(frame.rim).max() + np.abs(x).max(initial=0)
+    return bool((height > HORIZON * size).all())
 
 
 def _over_horizon(edges: Candidates, edge: Ints, x: Floats, n: Floats, owner: Ints) -> tuple[Floats, Floats]:

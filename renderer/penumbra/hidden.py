@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from ..bvh import morton
@@ -9,6 +11,7 @@ from ..common_visibility import CommonVisibility
 from ..geometry import Ints
 from ..needs import Source
 from ..scene import QuadLight
+from ..silhouette import Outline
 from ..vectors import Floats, column, dot
 from .contour import Rim, layers, pieces
 from .light_frame import Candidates, LightFrame
@@ -32,7 +35,7 @@ def shines_clear(source: Source) -> bool:
     return bool(min(frame.point(ends)[2].min(initial=1) for ends in (outline.start, outline.end)) > 0)
 
 
-def hidden_irradiance(source: Source, x: Floats, n: Floats, detail: int = 1) -> Floats:
+def hidden_irradiance(source: Source, x: Floats, n: Floats, detail: int = 1, merge: int = 1) -> Floats:
     """What the surface in the source's hierarchy keeps from points, for unit radiance.
 
     Parameters
@@ -43,6 +46,8 @@ def hidden_irradiance(source: Source, x: Floats, n: Floats, detail: int = 1) -> 
         Points, outside the surface or on it, and unit normals.
     detail : int
         How much finer the strips are where layers overlap.
+    merge : int
+        How many of them are taken as one.
 
     Returns
     -------
@@ -66,15 +71,20 @@ def hidden_irradiance(source: Source, x: Floats, n: Floats, detail: int = 1) -> 
     for corner in np.unique(highest[highest >= 0]).tolist():
         # The rim is walked from the corner that is highest over the point's horizon.
         k = np.flatnonzero(highest == corner)
-        out[k] = _from_corner(view, LightFrame.turned(source.light, corner), x[:, k], n[:, k], detail)
+        out[k] = _from_corner(view, LightFrame.turned(source.light, corner), x[:, k], n[:, k], detail, merge)
     return out
 
 
-def _from_corner(view: CommonVisibility, frame: LightFrame, x: Floats, n: Floats, detail: int) -> Floats:
+@lru_cache(maxsize=8)
+def _candidates(outline: Outline, light: QuadLight) -> Candidates:
+    return Candidates.of(outline, LightFrame.of(light))
+
+
+def _from_corner(view: CommonVisibility, frame: LightFrame, x: Floats, n: Floats, detail: int, merge: int) -> Floats:
     """For points whose horizon is below the frame's first corner."""
     if view.outline is None:
         return np.zeros(x.shape[1])
-    everything = Candidates.of(view.outline, frame)
+    everything = _candidates(view.outline, frame.light)
     low, high = x.min(axis=1, keepdims=True), x.max(axis=1, keepdims=True)
     span = np.where(high > low, high - low, 1.0)
     order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
@@ -82,7 +92,7 @@ def _from_corner(view: CommonVisibility, frame: LightFrame, x: Floats, n: Floats
     eye = column(frame.light.corner)
     start = view.layers(x, eye - x, eye)
     out = np.zeros(x.shape[1])
-    _blocks(everything, x, n, frame.point(x), start, frame, LEVELS, detail, order, out)
+    _blocks(everything, x, n, frame.point(x), start, frame, LEVELS, detail, merge, order, out)
     return out
 
 
@@ -95,6 +105,7 @@ def _blocks(
     frame: LightFrame,
     levels: tuple[int, ...],
     detail: int,
+    merge: int,
     names: Ints,
     out: Floats,
 ) -> None:
@@ -104,7 +115,7 @@ def _blocks(
         s = slice(first, first + size)
         near = edges.near(x[:, s], local[:, s])
         if len(levels) > 1 and near.count:
-            _blocks(near, x[:, s], n[:, s], local[:, s], start[s], frame, levels[1:], detail, names[s], out)
+            _blocks(near, x[:, s], n[:, s], local[:, s], start[s], frame, levels[1:], detail, merge, names[s], out)
             continue
         step = max(1, PAIRS // max(near.count, 1))
         for begin in range(first, min(first + size, x.shape[1]), step):
@@ -112,5 +123,5 @@ def _blocks(
             cut = pieces(near, x[:, t], n[:, t], local[:, t], frame)
             rim = Rim.of(x[:, t], n[:, t], frame)
             value, at, jump = layers(cut, rim, n[:, t], start[t])
-            extra = extra_layers(cut, rim, x[:, t], n[:, t], start[t], at, jump, frame, detail)
+            extra = extra_layers(cut, rim, x[:, t], n[:, t], start[t], at, jump, frame, detail, merge)
             out[names[t]] = value - extra

@@ -11,11 +11,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry import Ints
 from ..pairs import expand, take
 from ..vectors import Floats, column, cross, dot
-from .contour import Pieces, Rim
+from .contour import Pieces, Rim, above_horizon
 from .light_frame import LightFrame
 
 PART = 1 / 64
@@ -69,8 +70,12 @@ def extra_layers(
     jump: Ints,
     frame: LightFrame,
     detail: int,
+    merge: int,
 ) -> Floats:
-    """int f (w - 1)+ over the light, (n,): see `contour.layers` for ``start``, ``at`` and ``jump``."""
+    """int f (w - 1)+ over the light, (n,): see `contour.layers` for ``start``, ``at`` and ``jump``.
+
+    With ``merge`` above 1 so many strips are one, with one line: right on average, not in each.
+    """
     count = x.shape[1]
     # Receiver i lives in [2 i, 2 i + 1]: one sorted list of strip ends for all of them.
     base = 2.0 * cut.owner
@@ -78,19 +83,22 @@ def extra_layers(
     side = np.flatnonzero(at <= 1)
     turns = 2.0 * np.concatenate((cut.owner, cut.owner))[side] + at[side]
     each = 2.0 * np.arange(count)
-    strip, height = _strips(np.concatenate((each, each + 1, *(each + rim.q), low, high, turns)))
+    strip, height, single = _strips(np.concatenate((each, each + 1, *(each + rim.q), low, high, turns)), merge)
     middle = strip + height / 2
     who = (middle / 2).astype(np.int64)
     begin, stop = np.searchsorted(middle, low), np.searchsorted(middle, high)
     rises = cut.q[1] > cut.q[0]
     # Layers left of the light, and how many rise to their right: where there cannot be two, nothing overlaps.
-    left: Ints = start[who] + _running(np.searchsorted(middle, turns), jump[side], np.searchsorted(middle, each), who)
+    turn = np.searchsorted(middle, turns)
+    within = np.flatnonzero(take(np.append(who, count), turn) == (turns / 2).astype(np.int64))  # else above all lines
+    left: Ints = start[who] + _running(turn[within], jump[side][within], np.searchsorted(middle, each), who)
     up = np.bincount(begin[rises], minlength=strip.size + 1) - np.bincount(stop[rises], minlength=strip.size + 1)
     good = np.flatnonzero(left + np.cumsum(up)[: strip.size] > 1)
     if good.size == 0:
         return np.zeros(count)
     # One line through a thin strip, where f is straight enough; two through each part of a thick one.
-    parts = np.where(height[good] > THICK / detail, np.ceil(height[good] * detail / PART), 0).astype(np.int64)
+    straight = (height[good] <= THICK / detail) | ~single[good]
+    parts = np.where(~straight, np.ceil(height[good] * detail / PART), 0).astype(np.int64)
     lines = np.maximum(2 * parts, 1)
     number = np.concatenate(([0], np.cumsum(np.bincount(good, lines, minlength=strip.size).astype(np.int64))))
     which, nth = expand(lines)
@@ -108,19 +116,26 @@ def extra_layers(
     line = np.concatenate((line[k], more))
     change = np.concatenate((change[k], left[more] - 1))
     i = take(who, line)
+    clear = above_horizon(x, n, frame)
     x, n, q = take(x, i), take(n, i), take(q, line)
-    low, high = _span(x, n, frame, q)
+    low, high = (np.zeros(i.size), np.ones(i.size)) if clear else _span(x, n, frame, q)
     p = np.clip(np.concatenate((p[k], np.zeros(more.size))), low, high)
     term = line_term(x, n, frame, p, q, high)
     return np.asarray(np.bincount(i, term * change * take(weight, line), minlength=count))
 
 
-def _strips(ends: Floats) -> tuple[Floats, Floats]:
-    """Starts and heights of the strips between sorted ends, those between receivers left out."""
+def _strips(ends: Floats, merge: int) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """Starts and heights of the strips between sorted ends, those between receivers left out; which are of one."""
     ends = np.sort(ends)
+    number = np.arange(ends.size)
+    if merge > 1:
+        thick = np.diff(ends) > THICK
+        kept = (number % merge == 0) | (ends % 1 == 0) | np.append(thick, False) | np.append(False, thick)
+        number = np.flatnonzero(kept)
+        ends = ends[number]
     height = np.diff(ends)
     k = np.flatnonzero((height > 0) & (ends[:-1] % 2 < 1))
-    return ends[k], height[k]
+    return ends[k], height[k], np.diff(number)[k] == 1
 
 
 def _running(at: Ints, jump: Ints, first: Ints, who: Ints) -> Ints:

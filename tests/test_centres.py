@@ -1,0 +1,65 @@
+"""Pixel centres to a tolerance: interpolated where that is checked, evaluated elsewhere; and who is seen where."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from builders import floor, lamp, scene
+from test_many_triangles import made
+
+from experiments.catalogue import load
+from experiments.meshes import displaced_sphere
+from renderer.coverage import regions, render_centre
+from renderer.errors import InputError
+from renderer.estimators import Analytic, Area, Exact
+from renderer.geometry import build_geometry
+from renderer.image import prepare, render
+
+
+def over_floor(side: int):
+    return scene(made(displaced_sphere, 900, 0.4, (0, 1.2, 0)), floor(4), lights=(lamp(2.5),), size=(side, side))
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+def test_interpolated_centres_are_within_the_bound_and_cost_less(tolerance):
+    s = over_floor(96)
+    every = render(s, Exact(merge=4))
+    some = render_centre(s, Exact(merge=4), tolerance=tolerance)
+    error = np.sqrt(((some.image.mean - every.mean) ** 2).sum() / (every.mean**2).sum())
+    assert 0 < error <= some.error <= tolerance
+    assert some.evaluations < 0.75 * every.shaded.sum()
+    np.testing.assert_array_equal(some.image.emitter, every.emitter)
+    np.testing.assert_array_equal(some.image.background, every.background)
+
+
+def test_a_scene_of_small_faces_is_evaluated_throughout():
+    s = over_floor(24).with_(meshes=over_floor(24).meshes[:1])
+    every = render(s, Exact())
+    some = render_centre(s, Exact(), tolerance=0.1)
+    assert some.evaluations == every.shaded.sum()
+    np.testing.assert_allclose(some.image.mean, every.mean, rtol=1e-12, atol=1e-14)
+
+
+def test_every_pixel_of_a_classic_scene_agrees():
+    s = load("quad").with_(width=64, height=48)
+    every, some = render(s, Analytic()), render_centre(s, Analytic(), tolerance=1e-4)
+    assert np.sqrt(((some.image.mean - every.mean) ** 2).sum() / (every.mean**2).sum()) <= 1e-4
+
+
+def test_noise_and_absurd_tolerances_are_refused():
+    with pytest.raises(InputError, match="without noise"):
+        render_centre(over_floor(16), Area(samples=4))
+    with pytest.raises(InputError, match="tolerance"):
+        render_centre(over_floor(16), Exact(), tolerance=0.0)
+
+
+def test_regions_are_the_same_by_boxes_and_by_blocks(monkeypatch):
+    s = over_floor(32)
+    geometry, needs = build_geometry(s), prepare(s)[1]
+    x, y = np.random.default_rng(2).uniform(0, 32, (2, 4000))
+    lights = tuple(source.light for source in needs.sources)
+    blocks = regions.Regions.of(s, geometry, lights).seen(x, y)
+    monkeypatch.setattr(regions, "BIG", 0)
+    boxes = regions.Regions.of(s, geometry, lights).seen(x, y)
+    assert (boxes != blocks).sum() == 0
+    assert np.unique(boxes).size > 60
