@@ -102,7 +102,7 @@ def run_check(asked: Sequence[Asked], options: dict[str, Any], progress_bar: Cal
             write_json(document(rows, alpha=question.level.alpha), target)
         write_exports(document(rows, alpha=question.level.alpha), options)
 
-    with worker_pool() as pool:
+    with worker_pool(options["cluster"]) as pool:
         for one in wanted:
             told: dict[str, Any] = {"command": one.command, "executor": pool}
             with progress_bar(one.folder) as report:

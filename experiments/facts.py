@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from statistics import median
 from typing import Any, Literal
+
+from numpy import median
 
 from .rows import Row, Status, count, number, percent, status, title
 from .speed import TARGETS, races
