@@ -20,9 +20,9 @@ from .catalogue import Asked, load
 from .check import Question, References, check, with_pixel_rule
 from .exports import write_exports
 from .files import folder_name
+from .inference import Level
 from .pictures import write_pictures
 from .results import document, exit_code, write_json
-from .statistics import Level
 from .tables import console, left_out_table, verdict_table
 from .until_decided import check_until
 from .workers import worker_pool

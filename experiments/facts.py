@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from numpy import median
+from statistics import median
 
 from .rows import Row, Status, count, number, percent, status, title
 from .speed import TARGETS, races

@@ -15,8 +15,8 @@ from renderer.errors import InputError
 
 from ..exports import write_exports
 from ..files import replacing
+from ..inference import Level
 from ..results import document, exit_code, write_json
-from ..statistics import Level
 from ..tables import console, verdict_table
 from ..workers import worker_pool
 from .declared import Experiment, Outcome, Row, Settings
