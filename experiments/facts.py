@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import Any, Literal
-
 from statistics import median
+from typing import Any, Literal
 
 from .rows import Row, Status, count, number, percent, status, title
 from .speed import TARGETS, races
