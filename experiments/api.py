@@ -84,6 +84,6 @@ def check(*scenes: str | Path | Scene, alpha: float = 1e-3, **question: Any) -> 
 
 
 def _command(name: str, options: dict[str, Any]) -> str:
-    from .cli import shell_command
+    from .again import shell_command
 
     return shell_command(name, options)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
 
 from renderer.errors import InputError
@@ -20,6 +21,7 @@ CLASSIC = (
     "three-lights",
     "cornell",
     "cornell-boxes",
+    "cornell-glossy",
     "glossy",
     "unshadowed",
     "horizon",
@@ -27,6 +29,23 @@ CLASSIC = (
     "lonely",
 )
 """In the order in which the README tells of them."""
+ALSO_EXACT = ("three-lights", "cornell", "cornell-boxes", "cornell-glossy")
+"""Those whose soft shadows have no noise with the estimator `exact`: checked a second time with it."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A scene by name, and the estimator to check it with; None: its own."""
+
+    scene: str
+    estimator: str | None = None
+
+
+def classic(estimator: str | None) -> list[Asked]:
+    """What is checked when all classic scenes are, with the one estimator asked for or with all that suit them."""
+    if estimator is not None:
+        return [Asked(name, estimator) for name in CLASSIC]
+    return [Asked(name, kind) for name in CLASSIC for kind in (None, "exact") if not kind or name in ALSO_EXACT]
 
 
 def summary(name: str) -> str:

@@ -26,7 +26,7 @@ from renderer.scene import Scene
 
 from .bring.estimator import estimator_at, is_path
 from .check_rows import head_of, row_of, row_without
-from .prior import prior_of
+from .prior import Offsets, appearance, prior_of
 from .statistics import Level
 from .verdict import Verdict, judge
 
@@ -136,16 +136,12 @@ def seeds(seed: int, *names: str) -> list[int]:
     return [int(state) for state in root.generate_state(3)]
 
 
-def appearance(scene: Scene) -> Scene:
-    """The scene without what only our estimators read: scenes that look alike share a reference."""
-    return scene.with_(integrator="direct", light_samples=1, stratify=False, name="", output="", warnings=())
-
-
 class References:
     """References rendered in this run, so that variants of one scene share theirs."""
 
     def __init__(self) -> None:
         self._kept: dict[str, tuple[float, Reference]] = {}
+        self.offsets: Offsets = {}
 
     def get(self, scene: Scene, question: Question, target: float, progress: Progress | None) -> Reference:
         """The reference of a scene, its relative standard error at ``target`` or below."""
@@ -242,7 +238,8 @@ def check(
         return Answer(row_without(head, ours, problem, seconds), ours, None, None)
     seconds = seconds | {"reference": time.perf_counter() - started, "mitsuba": reference.seconds}
     started = time.perf_counter()
-    prior = prior_of(scene, estimator, seeds(question.seed, scene.name)[0], question.timeout, executor)
+    first = seeds(question.seed, scene.name)[0]
+    prior = prior_of(scene, estimator, first, question.timeout, executor, references.offsets)
     seconds = seconds | {"prior": time.perf_counter() - started}
     verdict = judge(ours, reference, passes=passes, margin=question.margin, level=question.level, prior=prior)
     return Answer(row_of(head, verdict, reference, seconds), ours, reference, verdict)

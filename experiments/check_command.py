@@ -5,16 +5,18 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from renderer.errors import InputError
 from renderer.scene import Scene
 
+from .again import shell_command
 from .bring.command import run_bring, wants_bring
 from .bring.kept import KeptReferences
-from .catalogue import load
+from .catalogue import Asked, load
 from .check import Question, References, check, with_pixel_rule
 from .exports import write_exports
 from .files import folder_name
@@ -53,38 +55,41 @@ def _question(options: dict[str, Any], rows: int) -> Question:
     )
 
 
-def _read_all(names: tuple[str, ...], options: dict[str, Any], question: Question) -> list[Scene]:
+@dataclass(frozen=True)
+class _Row:
+    """One row to be made: its scene, what is asked of it, the command for it alone, a folder's name."""
+
+    scene: Scene
+    question: Question
+    command: str
+    folder: str
+
+
+def _read_all(asked: Sequence[Asked], options: dict[str, Any], question: Question) -> list[_Row]:
     """Every scene, read and found askable before the first is rendered."""
-    scenes = [load(name, options["lenient"]).with_(two_sided=options["two_sided"]) for name in names]
-    scenes = [with_pixel_rule(scene, question.pixel_rule) for scene in scenes]
-    taken: set[str] = set()
-    for index, scene in enumerate(scenes):
-        question.of(scene)
-        name, number = scene.name, 2
-        while name in taken:
-            name, number = f"{scene.name}-{number}", number + 1
-        taken.add(name)
-        scenes[index] = dataclasses.replace(scene, name=name)
-    return scenes
+    rows: list[_Row] = []
+    scenes: dict[tuple[str, str | None], int] = {}
+    for one in asked:
+        scene = load(one.scene, options["lenient"]).with_(two_sided=options["two_sided"])
+        scene = with_pixel_rule(scene, question.pixel_rule)
+        mine = dataclasses.replace(question, estimator=one.estimator)
+        mine.of(scene)
+        number = scenes[scene.name, one.estimator] = scenes.get((scene.name, one.estimator), 0) + 1
+        if number > 1:
+            scene = dataclasses.replace(scene, name=f"{scene.name}-{number}")
+        apart = one.estimator if one.estimator != options["estimator"] else None
+        folder = folder_name("-".join(filter(None, (scene.name, apart))))
+        rows.append(_Row(scene, mine, shell_command(one.scene, options | {"estimator": one.estimator}), folder))
+    return rows
 
 
-def run_check(
-    names: tuple[str, ...],
-    options: dict[str, Any],
-    progress_bar: Callable[[str], Any],
-    command_for: Callable[[str], str],
-) -> int:
-    """Check every scene; returns the exit status.
-
-    Parameters
-    ----------
-    command_for : callable
-        The command that makes one scene's row again.
-    """
-    question = _question(options, len(names))
+def run_check(asked: Sequence[Asked], options: dict[str, Any], progress_bar: Callable[[str], Any]) -> int:
+    """Check every scene; returns the exit status."""
+    question = _question(options, len(asked))
+    names = tuple(one.scene for one in asked)
     if wants_bring(names, options):
-        return run_bring(names, options, _question(options, 1), progress_bar, command_for)
-    scenes = _read_all(names, options, question)
+        return run_bring(names, options, _question(options, 1), progress_bar)
+    wanted = _read_all(asked, options, question)
     out: Path | None = options["out"]
     target = options["target"] or (str(out / "results.json") if out else None)
     rows: list[dict[str, Any]] = []
@@ -98,22 +103,18 @@ def run_check(
         write_exports(document(rows, alpha=question.level.alpha), options)
 
     with worker_pool() as pool:
-        for name, scene in zip(names, scenes, strict=True):
-            with progress_bar(scene.name) as report:
-                command = command_for(name)
+        for one in wanted:
+            told: dict[str, Any] = {"command": one.command, "executor": pool}
+            with progress_bar(one.folder) as report:
                 if out and options["until_decided"]:
                     # What is left of the time is shared by the scenes that are left.
-                    share = (deadline - time.monotonic()) / (len(scenes) - len(rows))
-                    answer = check_until(
-                        scene, question, command=command, folder=out, budget=share, executor=pool, progress=report
-                    )
+                    share = (deadline - time.monotonic()) / (len(wanted) - len(rows))
+                    answer = check_until(one.scene, one.question, folder=out, budget=share, progress=report, **told)
                 else:
-                    answer = check(
-                        scene, question, command=command, references=references, executor=pool, progress=report
-                    )
+                    answer = check(one.scene, one.question, references=references, progress=report, **told)
             rows.append(answer.row)
             if out:
-                answer.row["images"] = write_pictures(answer, out / folder_name(scene.name))
+                answer.row["images"] = write_pictures(answer, out / one.folder)
             save()
     if target == "-":
         write_json(document(rows, alpha=question.level.alpha), target)

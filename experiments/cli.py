@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -133,12 +132,13 @@ def check(scenes: tuple[str, ...], classic: bool, **options: Any) -> None:
     """
     from .check_command import run_check
 
-    names = (*(catalogue.CLASSIC if classic else ()), *scenes)
+    asked = catalogue.classic(options["estimator"]) if classic else []
+    asked += [catalogue.Asked(name, options["estimator"]) for name in scenes]
     if options["until_decided"] and options["out"] is None:
         raise click.UsageError("--until-decided keeps its passes on disk: name a folder with --out")
-    if not names:
+    if not asked:
         raise click.UsageError("name a scene file, a classic scene (see: nusselt list), or --classic")
-    sys.exit(run_check(names, options, progress_bar, lambda scene: shell_command(scene, options)))
+    sys.exit(run_check(asked, options, progress_bar))
 
 
 @main.command()
@@ -344,27 +344,6 @@ def list_command() -> None:
     click.echo("experiments")
     for experiment in EXPERIMENTS:
         click.echo(f"  {experiment.name:20} {experiment.summary}")
-
-
-ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv", "cache")
-"""Options of a check that no row depends on."""
-
-
-def shell_command(scene: str, options: dict[str, Any]) -> str:
-    """The command that makes one row again."""
-    words = ["nusselt", "check", scene]
-    defaults = {param.name: param.default for param in check.params}
-    for param in check.params:
-        value = options.get(str(param.name))
-        if param.name in ELSEWHERE or value is None or value == defaults[param.name]:
-            continue
-        if value is True:
-            words.append(param.opts[0])
-        elif value is False:
-            words += param.secondary_opts
-        else:
-            words += [param.opts[0], str(value)]
-    return shlex.join(words)
 
 
 main.add_command(reference)

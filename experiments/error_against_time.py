@@ -14,9 +14,11 @@ from experiments.race.scenes import NAMES, race_scene
 from experiments.runs.declared import Experiment, Job, Outcome, Settings
 from experiments.runs.figures import canvas
 from experiments.views import views
+from mitsuba_bridge.race import DEFAULT, Way
 from renderer.errors import InputError
 
-QUICK = Plan(rounds=1, sizes=(4, 16, 64), truth=1e-4, longest=3.0)
+FEW = (Way("multijitter", 0), Way("multijitter", 1), DEFAULT)
+QUICK = Plan(rounds=1, sizes=(4, 16, 64), truth=1e-4, longest=3.0, ways=FEW)
 RULES: tuple[Rule, ...] = ("area", "centre")
 RULES_BIG: tuple[Rule, ...] = ("area", "centre", "interpolated")
 BIG = 20_000
@@ -41,7 +43,7 @@ def run(
     Parameters
     ----------
     side, count : int, optional
-        Pixels high, and cameras a scene, instead of 256 (64 if quick) and 5 (2).
+        Pixels high, and cameras a scene, instead of 256 (64 if quick) and 5 (1).
 
     Raises
     ------
@@ -63,7 +65,7 @@ def run(
                 rows += [_without(name, rule, target, DEAR) for target in TARGETS]
                 continue
             found = measured[f"{name}/{rule}"] = []
-            for number, view in enumerate(views(scene, count or (2 if quick else 5))):
+            for number, view in enumerate(views(scene, count or (1 if quick else 5))):
                 if progress:
                     progress(f"{view.name}, {rule}")
                 found.append(measure(view, estimator, rule, plan, seed + 100 * number, None))

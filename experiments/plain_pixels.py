@@ -6,6 +6,7 @@ import numpy as np
 
 from mitsuba_bridge.reference import Reference
 from renderer.image import Image
+from renderer.vectors import Floats
 
 from .statistics import Bools
 
@@ -51,6 +52,12 @@ def exact_failures(ours: Image, reference: Reference, finite: Bools) -> list[str
     return failures
 
 
+def _without_noise(mean: Floats, noise: Floats, judged: Bools) -> Bools:
+    """Pixels where a side has none. Where its other pixels have, a black one may only have missed what is rare."""
+    still = judged & (noise == 0)
+    return still & mean.any(axis=0) if noise[judged].any() else still
+
+
 def still_failures(ours: Image, reference: Reference, judged: Bools, allowed: float, scale: float) -> list[str]:
     """Shaded pixels without noise on either side, off by more than is allowed.
 
@@ -59,7 +66,8 @@ def still_failures(ours: Image, reference: Reference, judged: Bools, allowed: fl
     allowed : float
         Relative to the reference there, or to its mean ``scale`` where that is larger.
     """
-    still = judged & (ours.pixel_variance == 0) & (reference.pixel_standard_error == 0)
+    still = _without_noise(ours.mean, ours.pixel_variance, judged)
+    still &= _without_noise(reference.mean, reference.pixel_standard_error, judged)
     limit = allowed * np.maximum(np.abs(reference.mean), scale)
     off = still & (np.abs(ours.mean - reference.mean) > limit).any(axis=0)
     if not off.any():

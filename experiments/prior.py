@@ -20,6 +20,12 @@ from renderer.vectors import Floats
 from .statistics import TILES, tile_numbers
 from .verdict import Prior
 
+
+def appearance(scene: Scene) -> Scene:
+    """The scene without what only our estimators read: scenes that look alike share a reference."""
+    return scene.with_(integrator="direct", light_samples=1, stratify=False, name="", output="", warnings=())
+
+
 STRATEGIES = {("area", False): "independent", ("area", True): "stratified"}
 """Mitsuba's sampler that draws points on a light as (estimator, stratified) of ours does."""
 PATHS = 1 << 25
@@ -93,10 +99,21 @@ def tile_offset(scene: Scene, seed: int, executor: Executor | None = None) -> Fl
     return np.asarray(np.abs(total / size) + 2 * error).reshape(TILES, TILES)
 
 
-def prior_of(scene: Scene, estimator: Estimator, seed: int, timeout: float, executor: Executor | None) -> Prior:
-    """All of it, with seeds of its own."""
+Offsets = dict[tuple[str, int], Floats | None]
+
+
+def prior_of(
+    scene: Scene,
+    estimator: Estimator,
+    seed: int,
+    timeout: float,
+    executor: Executor | None,
+    kept: Offsets | None = None,
+) -> Prior:
+    """All of it, with seeds of its own; the offsets of scenes already seen are ``kept``."""
     first, second = (int(state) for state in np.random.SeedSequence([seed, 0x9E3779B9]).generate_state(2))
-    return Prior(
-        variance=mitsuba_variance(scene, estimator, first, timeout),
-        tile_offset=tile_offset(scene, second, executor),
-    )
+    kept = {} if kept is None else kept
+    key = (appearance(scene).digest(), second)
+    if key not in kept:
+        kept[key] = tile_offset(scene, second, executor)
+    return Prior(variance=mitsuba_variance(scene, estimator, first, timeout), tile_offset=kept[key])

@@ -23,9 +23,9 @@ def status(row: Row) -> Status:
 
 
 def method(row: Row) -> str:
-    """The estimator with its samples: "area 25 stratified"."""
+    """The estimator with its samples, if it takes any: "area 25 stratified"."""
     name = str(row.get("estimator") or row.get("method") or "")
-    if row.get("samples") is None or name == "analytic":
+    if row.get("samples") is None or row.get("claim") == "exact":
         return name
     return f"{name} {row['samples']}{' stratified' if row.get('stratified') else ''}"
 

@@ -25,6 +25,7 @@ from experiments.runs.figures import curves
 from experiments.statistics import Bias, Bools, freedom_of, pooled_bias
 from mitsuba_bridge.reference import Reference, render_reference
 from mitsuba_bridge.spread import SAMPLERS, Setting, Spread, measure_spread
+from mitsuba_bridge.tolerance import ray_tolerance
 from renderer.estimators import ESTIMATORS, Estimator
 from renderer.image import Image, prepare, render
 from renderer.scene import Scene
@@ -192,8 +193,8 @@ def scene_rows(scene: Scene, samples: Sequence[int], passes: int, seed: int, tim
     theirs = [method for method in chosen if method.estimator is None]
     settings = [Setting(method.name, method.samples, passes + 1) for method in theirs]
     spreads = dict(zip(theirs, measure_spread(scene, settings, seed=their_seed + 1, timeout=timeout), strict=True))
-    seen = render(scene, methods(1)[0].estimator or ESTIMATORS[0](), seed=0)
-    judged = seen.shaded & (reference.emitter == 0) & (reference.background == 0)
+    seen = render(scene, ESTIMATORS[0](), tolerance=ray_tolerance(scene))
+    judged = seen.shaded & ~seen.unjudged & (reference.emitter == 0) & (reference.background == 0)
     rows = []
     for method in chosen:
         if method.estimator is None:

@@ -155,3 +155,18 @@ def test_pixels_without_noise_are_compared_one_by_one():
     assert "1 of 100 pixels" in still_failures(image_of(right), theirs, judged, 0.01, 1.0)[0]
     right[0, 7] = 1.1  # it has noise: not this test's matter
     assert still_failures(image_of(right), theirs, judged, 0.01, 1.0) == []
+
+
+def test_black_pixels_of_a_noisy_reference_may_have_missed_what_is_rare():
+    from test_calibration import image_of, reference_of
+
+    from experiments.plain_pixels import still_failures
+
+    ours = image_of(np.full((4, 100), 0.02))
+    black = np.zeros((32, 100))
+    judged = np.ones((10, 10), dtype=bool)
+    assert "100 of 100 pixels" in still_failures(ours, reference_of(black), judged, 0.01, 1.0)[0]
+    black[::2, 0] = 1.0  # it has noise elsewhere
+    assert still_failures(ours, reference_of(black), judged, 0.01, 1.0) == []
+    black[:, 1] = 1.0  # without noise and not black: a point light's pixel, say
+    assert "1 of 1 pixels" in still_failures(ours, reference_of(black), judged, 0.01, 1.0)[0]

@@ -11,6 +11,7 @@ from renderer.errors import InputError
 from renderer.scene import Scene
 
 from .. import catalogue
+from ..again import shell_command
 from ..check import Question
 from ..exports import write_exports
 from ..files import folder_name
@@ -40,7 +41,6 @@ def run_bring(
     options: dict[str, Any],
     question: Question,
     progress_bar: Callable[[str], Any],
-    command_for: Callable[[str], str],
 ) -> int:
     """Check somebody's images or renderer; returns the exit status."""
     scenes = [name for name in names if not is_image(name)]
@@ -51,7 +51,7 @@ def run_bring(
         raise InputError("--renderer", options["renderer"], "images or a renderer, not both")
     scene = catalogue.load(scenes[0], options["lenient"]).with_(two_sided=options["two_sided"])
     question.of(scene)
-    command = shlex.join([*shlex.split(command_for(scenes[0])), *files])
+    command = shlex.join([*shlex.split(shell_command(scenes[0], options)), *files])
     references = KeptReferences(options["reference"], options["cache"])
     references.given(scene)  # refused before anything is rendered
     shared: dict[str, Any] = {"command": command, "references": references}

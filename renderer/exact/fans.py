@@ -8,6 +8,7 @@ import numpy as np
 
 from ..geometry import Ints
 from ..vectors import Floats, cross, dot
+from .heights import sharpened
 from .light_cone import Bools, LightCone
 from .lines import clip
 from .occluders import Occluders
@@ -35,20 +36,29 @@ class Fan:
 
     def hides(self, light: LightCone) -> tuple[Floats, Floats]:
         """The part [lo, hi] (e, q) of each light edge that each pair hides."""
-        start = dot(self.planes[:, :, None], light.start[:, None][..., self.point])
+        start = self._heights(light.start[..., self.point])
         if light.closed:
             return clip(start, np.roll(start, -1, axis=1))
-        return clip(start, dot(self.planes[:, :, None], light.end[:, None][..., self.point]))
+        return clip(start, self._heights(light.end[..., self.point]))
 
     def before(self, light: LightCone) -> tuple[Floats, Floats]:
         """The part [lo, hi] (k, q) of each outline's edge that lies in the light's cone."""
         height = dot(light.planes[:, :, None][..., self.point], self.corners[:, None])
+        a = light.corners[..., self.point]
+        sharpened(height[:4], a, np.roll(a, -1, axis=1), self.corners)
         return clip(height, np.roll(height, -1, axis=1))
 
     def cover(self, pair: Ints, start: Floats, end: Floats) -> tuple[Floats, Floats]:
         """The part [lo, hi] (c,) of edges (3, c) that the pairs numbered (c,) hide."""
-        planes = self.planes[..., pair]
-        return clip(dot(planes, start[:, None]), dot(planes, end[:, None]))
+        mine = self.take(pair)
+        lo, hi = clip(mine._heights(start[:, None]), mine._heights(end[:, None]))
+        return lo[0], hi[0]
+
+    def _heights(self, d: Floats) -> Floats:
+        """Of directions (3, e, q) over the edges' planes, (k, e, q)."""
+        height = dot(self.planes[:, :, None], d[:, None])
+        there = (self.planes != 0).any(axis=0) if self.corners.shape[1] > 4 else None  # outlines are padded
+        return sharpened(height, self.corners, np.roll(self.corners, -1, axis=1), d, there)
 
 
 def fans_of(points: Floats, occluders: Occluders, point: Ints, piece: Ints) -> tuple[list[Fan], Ints]:

@@ -23,7 +23,9 @@ class LightCone:
     start, end : (3, e, n) float64
         Edges relative to the point, clockwise, so that start x end points inwards.
     planes : (3, p, n) float64
-        The cone is where all planes . v >= 0.
+        The cone is where all planes . v >= 0. The first four are those through neighbouring corners.
+    corners : (3, 4, n) float64
+        Of the light, uncut.
     live : (e, n) bool
         Edges that are there.
     closed : bool
@@ -33,14 +35,14 @@ class LightCone:
     start: Floats
     end: Floats
     planes: Floats
+    corners: Floats
     live: Bools
     closed: bool
 
     def take(self, index: Ints) -> LightCone:
         """The cones of the points ``index``."""
-        return LightCone(
-            self.start[..., index], self.end[..., index], self.planes[..., index], self.live[..., index], self.closed
-        )
+        start, end, planes, corners = (v[..., index] for v in (self.start, self.end, self.planes, self.corners))
+        return LightCone(start, end, planes, corners, self.live[..., index], self.closed)
 
 
 def light_corners(light: QuadLight, points: Floats) -> Floats:
@@ -53,7 +55,7 @@ def light_corners(light: QuadLight, points: Floats) -> Floats:
 def whole_cone(corners: Floats) -> LightCone:
     """Of lights wholly above the horizon."""
     end = np.roll(corners, -1, axis=1)
-    return LightCone(corners, end, cross(corners, end), np.ones(corners.shape[1:], dtype=bool), True)
+    return LightCone(corners, end, cross(corners, end), corners, np.ones(corners.shape[1:], dtype=bool), True)
 
 
 def cut_cone(corners: Floats, normal: Floats) -> LightCone:
@@ -69,4 +71,4 @@ def cut_cone(corners: Floats, normal: Floats) -> LightCone:
     start = np.concatenate((np.where(comes, crossing, a), leaving[:, None]), axis=1)
     end = np.concatenate((np.where(goes, crossing, b), entering[:, None]), axis=1)
     live = np.concatenate(((za >= 0) | (zb >= 0), np.asarray(goes.any(axis=0))[None]))
-    return LightCone(start, end, np.concatenate((cross(a, b), normal[:, None]), axis=1), live, False)
+    return LightCone(start, end, np.concatenate((cross(a, b), normal[:, None]), axis=1), a, live, False)
