@@ -92,7 +92,11 @@ def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
         ),
         click.option("--two-sided", is_flag=True, help="Surfaces reflect at their back too, on both renderers."),
         click.option("--pixel-rule", type=click.Choice(["centre", "area"]), help="Instead of the scene's."),
-        click.option("--tolerance", type=float, help="Relative RMS error of noise-free pixels by area."),
+        click.option(
+            "--tolerance",
+            type=float,
+            help="Relative RMS error of noise-free pixels by area; render: or of interpolated centres.",
+        ),
     ):
         command = option(command)
     return command
@@ -153,6 +157,8 @@ def render(scene: str, output: Path, error: float | None, **options: Any) -> Non
     nusselt render cornell --samples 25 --stratify -o cornell.png
     nusselt render mesh --error 1e-3 -o mesh.png
     """
+    from renderer.coverage import AreaImage, CentreImage, render_centre
+    from renderer.image import prepare
     from renderer.image import render as render_image
 
     from .check import chosen_estimator, draw_area, with_pixel_rule
@@ -181,7 +187,12 @@ def render(scene: str, output: Path, error: float | None, **options: Any) -> Non
         def told(done: int, total: int) -> None:
             report("tiles", done, total)
 
-        area = None if error is not None else draw_area(read, estimator, rule, tolerance, pool)
+        between = rule == "centre" and options["tolerance"] is not None and offset is None
+        area: AreaImage | CentreImage | None = None
+        if error is None and between and not estimator.is_random(prepare(read)[1]):
+            area = render_centre(read, estimator, tolerance=tolerance, executor=pool)
+        elif error is None:
+            area = draw_area(read, estimator, rule, tolerance, pool)
         if area is not None:
             image = area.image
             if area.error > tolerance:
