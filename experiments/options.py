@@ -30,7 +30,11 @@ def sampling_options(command: Callable[..., Any]) -> Callable[..., Any]:
         ),
         click.option("--two-sided", is_flag=True, help="Surfaces reflect at their back too, on both renderers."),
         click.option("--pixel-rule", type=click.Choice(["centre", "area"]), help="Instead of the scene's."),
-        click.option("--tolerance", type=float, help="Relative RMS error of noise-free pixels by area."),
+        click.option(
+            "--tolerance",
+            type=float,
+            help="Relative RMS error of noise-free pixels by area; render: or of interpolated centres.",
+        ),
     ):
         command = option(command)
     return command

@@ -8,7 +8,8 @@ from typing import Any
 
 import click
 
-from renderer.image import render
+from renderer.coverage import AreaImage, CentreImage, render_centre
+from renderer.image import prepare, render
 
 from .catalogue import load
 from .check import chosen_estimator, draw_area, with_pixel_rule
@@ -42,7 +43,12 @@ def run_render(
         def told(done: int, total: int) -> None:
             report("tiles", done, total)
 
-        area = None if error is not None else draw_area(read, estimator, rule, tolerance, pool)
+        between = rule == "centre" and options["tolerance"] is not None and offset is None
+        area: AreaImage | CentreImage | None = None
+        if error is None and between and not estimator.is_random(prepare(read)[1]):
+            area = render_centre(read, estimator, tolerance=tolerance, executor=pool)
+        elif error is None:
+            area = draw_area(read, estimator, rule, tolerance, pool)
         if area is not None:
             image = area.image
             if area.error > tolerance:

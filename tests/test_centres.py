@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from builders import floor, lamp, scene
+from click.testing import CliRunner
 from test_many_triangles import made
 
 from experiments.catalogue import load
+from experiments.cli import main
 from experiments.meshes import displaced_sphere
 from renderer.coverage import regions, render_centre
 from renderer.errors import InputError
@@ -63,3 +65,15 @@ def test_regions_are_the_same_by_boxes_and_by_blocks(monkeypatch):
     boxes = regions.Regions.of(s, geometry, lights).seen(x, y)
     assert (boxes != blocks).sum() == 0
     assert np.unique(boxes).size > 60
+
+
+def test_the_command_interpolates_centres_only_when_a_tolerance_is_named(tmp_path):
+    found = []
+    for name, options in (("every", []), ("some", ["--tolerance", "0.01"])):
+        out = tmp_path / f"{name}.npy"
+        arguments = ["render", "quad", "--estimator", "analytic", "--pixel-rule", "centre", "-o", str(out), *options]
+        done = CliRunner().invoke(main, arguments)
+        assert (done.exit_code, done.stderr) == (0, "")
+        found.append(np.load(out))
+    error = np.sqrt(((found[0] - found[1]) ** 2).sum() / (found[0] ** 2).sum())
+    assert 0 < error <= 0.01

@@ -115,6 +115,9 @@ class Exact:
 LARGEST = 20_000
 """Triangles before a light beyond which its pieces are not looked for."""
 
+BODY = 4096
+"""Triangles of closed meshes beyond which silhouettes are taken before pieces are looked for: more than MOST boxes."""
+
 
 def _too_large(source: Source) -> bool:
     return source.blockers.triangles.size > LARGEST
@@ -129,7 +132,9 @@ def _many(source: Source, light: QuadLight) -> bool:
 
 
 def _by_silhouettes(source: Source) -> bool:
-    return isinstance(source.light, QuadLight) and bounds_alone(source) and _many(source, source.light)
+    if not isinstance(source.light, QuadLight) or not bounds_alone(source):
+        return False
+    return source.blockers.triangles.size > BODY or _many(source, source.light)
 
 
 def _may_sample(source: Source) -> bool:
