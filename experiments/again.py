@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from typing import Any
 
-ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv", "cache")
+ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv", "cache", "cluster")
 """Options of a check that no row depends on."""
 
 

@@ -20,11 +20,11 @@ from .check import check as check_one
 from .compare import Comparison, compare
 from .exports import write_exports
 from .files import folder_name
+from .inference import Level
 from .notebook import results_html
 from .pictures import write_pictures
 from .report import write_report
 from .results import document, write_json
-from .statistics import Level
 from .workers import worker_pool
 
 __all__ = ["Comparison", "Results", "check", "compare", "write_report"]

@@ -16,10 +16,10 @@ import numpy as np
 from scipy import stats
 
 from experiments.catalogue import load
+from experiments.inference import Level
 from experiments.many_reports import Rows, judge_many
 from experiments.runs.declared import Experiment, Job, Outcome, Settings
 from experiments.runs.figures import BLUE, RED, canvas
-from experiments.statistics import Level
 from experiments.verdict import POWER
 from mitsuba_bridge.spread import Setting, measure_spread
 from renderer.estimators import Area

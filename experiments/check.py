@@ -26,8 +26,8 @@ from renderer.scene import Scene
 
 from .bring.estimator import estimator_at, is_path
 from .check_rows import head_of, row_of, row_without
+from .inference import Level
 from .prior import Offsets, appearance, prior_of
-from .statistics import Level
 from .verdict import Verdict, judge
 
 ROOM = 8.0

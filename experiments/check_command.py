@@ -20,9 +20,9 @@ from .catalogue import Asked, load
 from .check import Question, References, check, with_pixel_rule
 from .exports import write_exports
 from .files import folder_name
+from .inference import Level
 from .pictures import write_pictures
 from .results import document, exit_code, write_json
-from .statistics import Level
 from .tables import console, left_out_table, verdict_table
 from .until_decided import check_until
 from .workers import worker_pool
@@ -102,7 +102,7 @@ def run_check(asked: Sequence[Asked], options: dict[str, Any], progress_bar: Cal
             write_json(document(rows, alpha=question.level.alpha), target)
         write_exports(document(rows, alpha=question.level.alpha), options)
 
-    with worker_pool() as pool:
+    with worker_pool(options["cluster"]) as pool:
         for one in wanted:
             told: dict[str, Any] = {"command": one.command, "executor": pool}
             with progress_bar(one.folder) as report:

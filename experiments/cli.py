@@ -17,6 +17,7 @@ from renderer.errors import InputError
 from . import catalogue
 from .bring.commands import reference, trial_estimator
 from .bring.options import bring_options
+from .options import cluster_option, export_options, reporting_options, sampling_options
 from .results import EXIT
 from .workers import WorkerLost
 
@@ -75,45 +76,10 @@ def main() -> None:
     """
 
 
-def _sampling(command: Callable[..., Any]) -> Callable[..., Any]:
-    """The options that choose an estimator."""
-    for option in (
-        click.option("--estimator", metavar="NAME", help="Instead of the one the scene asks for; see: nusselt list."),
-        click.option("--samples", type=click.IntRange(1, 1 << 24), help="Per light, instead of the scene's."),
-        click.option("--stratify/--no-stratify", "stratified", default=None, help="Instead of the scene's."),
-        click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True),
-        click.option("--lenient", is_flag=True, help="Warn of unknown commands in a scene instead of refusing it."),
-        click.option(
-            "--shadow-origin",
-            type=click.Choice(["surface", "mitsuba"]),
-            default="surface",
-            show_default=True,
-            help="Where shadow rays start: ours, or Mitsuba 3.9's rule, to be wrong as it is.",
-        ),
-        click.option("--two-sided", is_flag=True, help="Surfaces reflect at their back too, on both renderers."),
-        click.option("--pixel-rule", type=click.Choice(["centre", "area"]), help="Instead of the scene's."),
-        click.option(
-            "--tolerance",
-            type=float,
-            help="Relative RMS error of noise-free pixels by area; render: or of interpolated centres.",
-        ),
-    ):
-        command = option(command)
-    return command
-
-
-def export_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """The options that write results for other programs."""
-    for name, words in (("csv", "CSV"), ("junit", "JUnit XML"), ("summary", "Markdown under 1 MiB")):
-        help_text = f"Write the rows there as {words}."
-        command = click.option(f"--{name}", metavar="FILE", type=click.Path(dir_okay=False), help=help_text)(command)
-    return command
-
-
 @main.command()
 @click.argument("scenes", metavar="SCENE... [IMAGE...]", nargs=-1)
 @click.option("--classic", is_flag=True, help="All classic scenes.")
-@_sampling
+@sampling_options
 @bring_options
 @click.option("--margin", type=float, default=1e-3, show_default=True, help="Relative bias that does not matter.")
 @click.option("--alpha", type=float, default=1e-3, show_default=True, help="False-alarm rate of the whole report.")
@@ -122,6 +88,7 @@ def export_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.option("--budget", type=float, default=600.0, show_default=True, help="Seconds for --until-decided.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the pictures and results.json.")
 @click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output).")
+@cluster_option
 @export_options
 def check(scenes: tuple[str, ...], classic: bool, **options: Any) -> None:
     """Compare our image of each SCENE with Mitsuba's: bias, RMS, their intervals, a verdict.
@@ -148,7 +115,8 @@ def check(scenes: tuple[str, ...], classic: bool, **options: Any) -> None:
 @main.command()
 @click.argument("scene")
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="IMAGE.png, .exr or .npy")
-@_sampling
+@sampling_options
+@cluster_option
 @click.option("--error", type=float, help="Sample until the relative RMS error is at most this; see common-points.")
 def render(scene: str, output: Path, error: float | None, **options: Any) -> None:
     """Our image of SCENE alone; needs no Mitsuba.
@@ -157,58 +125,9 @@ def render(scene: str, output: Path, error: float | None, **options: Any) -> Non
     nusselt render cornell --samples 25 --stratify -o cornell.png
     nusselt render mesh --error 1e-3 -o mesh.png
     """
-    from renderer.coverage import AreaImage, CentreImage, render_centre
-    from renderer.image import prepare
-    from renderer.image import render as render_image
+    from .render_command import run_render
 
-    from .check import chosen_estimator, draw_area, with_pixel_rule
-    from .check_rows import notes
-    from .files import check_image_name, write_image
-    from .until import render_until
-    from .workers import worker_pool
-
-    check_image_name(output)
-    read = catalogue.load(scene, options["lenient"]).with_(two_sided=options["two_sided"])
-    rule, tolerance = options["pixel_rule"], 1e-3 if options["tolerance"] is None else options["tolerance"]
-    read = with_pixel_rule(read, rule)
-    name = options["estimator"] or (None if error is None else "common-points")
-    estimator = chosen_estimator(read, name, options["samples"], options["stratified"])
-    for warning in read.warnings:
-        click.echo(f"warning: {warning}", err=True)
-    for note in notes(read, estimator):
-        click.echo(f"warning: {note}", err=True)
-    offset = None
-    if options["shadow_origin"] == "mitsuba":
-        from mitsuba_bridge.ray_offset import mitsuba_offset
-
-        offset = mitsuba_offset(read)
-    with worker_pool() as pool, progress_bar(read.name) as report:
-
-        def told(done: int, total: int) -> None:
-            report("tiles", done, total)
-
-        between = rule == "centre" and options["tolerance"] is not None and offset is None
-        area: AreaImage | CentreImage | None = None
-        if error is None and between and not estimator.is_random(prepare(read)[1]):
-            area = render_centre(read, estimator, tolerance=tolerance, executor=pool)
-        elif error is None:
-            area = draw_area(read, estimator, rule, tolerance, pool)
-        if area is not None:
-            image = area.image
-            if area.error > tolerance:
-                click.echo(f"warning: the error may be {area.error:.1e}, above the tolerance {tolerance:g}", err=True)
-        elif error is None:
-            image = render_image(read, estimator, seed=options["seed"], executor=pool, offset=offset, progress=told)
-        else:
-            reached = render_until(
-                read, estimator, error, seed=options["seed"], executor=pool, progress=told, offset=offset
-            )
-            image = reached.image
-            said = f"relative RMS error {reached.error:.2g}, from 8 independent passes of {reached.samples} samples"
-            click.echo(said if reached.error else "no sampling error", err=True)
-    if image.back_faces:
-        click.echo(f"warning: {image.back_faces} pixels show the black back of a one-sided surface", err=True)
-    write_image(output, image.mean)
+    run_render(scene, output, error, options, progress_bar)
 
 
 @main.command()
@@ -229,22 +148,12 @@ def export(scene: str, output: Path, lenient: bool, two_sided: bool) -> None:
         click.echo(note, err=True)
 
 
-def _reporting(command: Callable[..., Any]) -> Callable[..., Any]:
-    """The options of every experiment."""
-    for option in (
-        click.option("--quick", is_flag=True, help="Small images, few samples."),
-        click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True),
-        click.option("--out", type=click.Path(path_type=Path), help="Folder for figures, tables and results.json."),
-        click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output)."),
-    ):
-        command = option(command)
-    return command
-
-
 @main.command()
 @click.argument("names", metavar="NAME...|all", nargs=-1, required=True)
 @click.option("--scenes", multiple=True, metavar="SCENE", help="Instead of the experiment's own; may be repeated.")
-@_reporting
+@reporting_options
+@export_options
+@cluster_option
 def run(names: tuple[str, ...], scenes: tuple[str, ...], quick: bool, seed: int, **where: Any) -> None:
     """Run experiments; what is finished in the folder is not done again (see: nusselt list).
 
@@ -262,7 +171,7 @@ def run(names: tuple[str, ...], scenes: tuple[str, ...], quick: bool, seed: int,
 
 @main.command()
 @click.argument("cases", metavar="CASES.json...", nargs=-1)
-@_reporting
+@reporting_options
 def stability(cases: tuple[str, ...], quick: bool, seed: int, **where: Any) -> None:
     """The closed forms on stiff and extreme cases, against values known to many digits.
 

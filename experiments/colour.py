@@ -10,7 +10,7 @@ from scipy import stats
 from mitsuba_bridge.reference import Reference
 from renderer.image import Image
 
-from .statistics import Bools, freedom_of
+from .inference import Bools, freedom_of
 
 NAMES = ("red", "green", "blue")
 

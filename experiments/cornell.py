@@ -15,7 +15,7 @@ SAMPLES = 25
 
 
 def jobs(settings: Settings) -> list[Job]:
-    width, margin = (200, 0.01) if settings.quick else (480, 1e-3)
+    width, margin = (120, 0.01) if settings.quick else (480, 1e-3)
     scenes = settings.chosen(CORNELL.scenes)
     return [
         Job(

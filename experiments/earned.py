@@ -14,7 +14,7 @@ from scipy import stats
 
 from renderer.vectors import Floats
 
-from .statistics import resting_on
+from .inference import resting_on
 
 FEWEST = 50
 """Noise that rests on fewer pixels than this is not taken for normal: at 30, lognormal noise of 2.9 means still

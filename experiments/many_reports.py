@@ -16,9 +16,9 @@ from scipy import stats
 from renderer.vectors import Floats
 
 from .earned import FEWEST, PASSES, SURE
+from .inference import TILES, Bools, Level, tile_numbers
 from .plain_pixels import ROUNDING
 from .spreads import MARGIN
-from .statistics import TILES, Bools, Level, tile_numbers
 from .verdict import POWER, TILE_MARGIN
 
 

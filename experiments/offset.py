@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 from experiments.check import seeds
+from experiments.inference import Bools, pooled_bias
 from experiments.runs.declared import Experiment, Job, Outcome, Settings
 from experiments.runs.figures import BLUE, RED, canvas
 from experiments.runs.figures import GREY as PALE
 from experiments.runs.tables import table
-from experiments.statistics import Bools, pooled_bias
 from mitsuba_bridge.ray_offset import mitsuba_offset
 from mitsuba_bridge.reference import Reference, render_reference
 from renderer.estimators import Area

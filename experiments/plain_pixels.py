@@ -8,7 +8,7 @@ from mitsuba_bridge.reference import Reference
 from renderer.image import Image
 from renderer.vectors import Floats
 
-from .statistics import Bools
+from .inference import Bools
 
 ROUNDING = 2e-6
 """Relative rounding of Mitsuba's float32 radiance, as measured on noise-free pixels (5e-7 to 2e-6)."""

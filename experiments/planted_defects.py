@@ -22,10 +22,10 @@ from experiments.combine import combine_images
 from experiments.defects.catalogue import CONTROLS, DEFECTS, Control, Planted
 from experiments.defects.gates import pictures_differ, pixels_differ
 from experiments.earned import PASSES
+from experiments.inference import Level
 from experiments.prior import prior_of
 from experiments.runs.declared import Experiment, Job, Outcome, Settings
 from experiments.runs.figures import GOLD, GREEN, RED, canvas
-from experiments.statistics import Level
 from experiments.verdict import NOTHING, Prior, Verdict, judge
 from mitsuba_bridge.reference import Reference, render_reference
 from mitsuba_bridge.tolerance import ray_tolerance

@@ -17,7 +17,7 @@ from renderer.ray_offset import RayOffset
 from renderer.scene import Scene, SunLight
 from renderer.vectors import Floats
 
-from .statistics import TILES, tile_numbers
+from .inference import TILES, tile_numbers
 from .verdict import Prior
 
 

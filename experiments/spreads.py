@@ -14,7 +14,7 @@ from scipy import stats
 
 from renderer.vectors import Floats
 
-from .statistics import resting_on
+from .inference import resting_on
 
 MARGIN = 0.1
 """A variance that is right within this share is right; so is the spread of passes."""

@@ -20,9 +20,9 @@ from scipy import stats
 
 from experiments.catalogue import load
 from experiments.check import appearance, seeds
+from experiments.inference import Bias, Bools, freedom_of, pooled_bias
 from experiments.runs.declared import Experiment, Job, Outcome, Settings
 from experiments.runs.figures import curves
-from experiments.statistics import Bias, Bools, freedom_of, pooled_bias
 from mitsuba_bridge.reference import Reference, render_reference
 from mitsuba_bridge.spread import SAMPLERS, Setting, Spread, measure_spread
 from mitsuba_bridge.tolerance import ray_tolerance

@@ -21,9 +21,7 @@ from .colour import colour_failures
 from .course import CourseScore, course_score
 from .decision import Word, decide
 from .earned import Side
-from .plain_pixels import ROUNDING, exact_failures, pixel_counts, shaded_on_both, still_failures
-from .spreads import Ratio, pass_spread, variance_ratio
-from .statistics import (
+from .inference import (
     TILES,
     Bias,
     Bools,
@@ -35,6 +33,8 @@ from .statistics import (
     resting_on,
     tile_biases,
 )
+from .plain_pixels import ROUNDING, exact_failures, pixel_counts, shaded_on_both, still_failures
+from .spreads import Ratio, pass_spread, variance_ratio
 
 TILE_MARGIN = 10
 """A tile's margin, and a channel's, in margins of the pooled mean: it sees places, not hairs."""

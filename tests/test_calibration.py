@@ -10,8 +10,8 @@ from scipy import stats
 
 from experiments import calibration, spreads
 from experiments.calibration import SIMULATED, World, false_alarms, from_pool, interval, power, power_at_smallest
+from experiments.inference import Level
 from experiments.many_reports import Rows, judge_many
-from experiments.statistics import Level
 from experiments.verdict import Prior, judge
 from mitsuba_bridge.reference import Reference
 from renderer.image import Image

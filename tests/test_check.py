@@ -12,8 +12,8 @@ from builders import floor, lamp, scene
 from experiments import check as check_module
 from experiments.check import Question, References, check, seeds
 from experiments.check_rows import as_claimed
+from experiments.inference import Level
 from experiments.results import exit_code
-from experiments.statistics import Level
 from mitsuba_bridge import reference as reference_module
 from mitsuba_bridge.child import ReferenceUnavailable
 from mitsuba_bridge.llvm import Backend

@@ -1,5 +1,6 @@
 """The same numbers on a Dask cluster as at home, also when it loses a worker in the middle."""
 
+import json
 import os
 import signal
 import threading
@@ -8,8 +9,10 @@ import time
 import numpy as np
 import pytest
 from builders import box, floor, lamp, scene
+from click.testing import CliRunner
 from distributed import LocalCluster
 
+from experiments.cli import main
 from experiments.workers import worker_pool
 from renderer.errors import InputError
 from renderer.estimators import Area
@@ -68,3 +71,25 @@ def test_an_address_where_nobody_answers_is_one_clear_error():
         pass
     assert time.monotonic() - began < 60
     assert not [thread for thread in threading.enumerate() if "Profile" in thread.name and not thread.daemon]
+
+
+def test_experiments_on_a_cluster_find_the_same_rows(dask, tmp_path):
+    found = {}
+    for place, more in (("here", ()), ("there", ("--cluster", dask.scheduler_address))):
+        target = tmp_path / f"{place}.json"
+        words = ["run", "random-vs-stratified", "nusselt-analog", "--quick", "--json", str(target), *more]
+        result = CliRunner().invoke(main, words)
+        assert result.exit_code == 0, result.output
+        found[place] = json.loads(target.read_text())["rows"]
+    assert found["there"] == found["here"]
+    assert len(found["here"]) > 10
+
+
+def test_a_command_says_in_one_line_that_no_scheduler_answers(tmp_path):
+    output = tmp_path / "a.npy"
+    words = ["render", "quad", "--cluster", "tcp://127.0.0.1:1", "-o", str(output)]
+    result = CliRunner().invoke(main, words)
+    assert result.exit_code == 2
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert "--cluster = tcp://127.0.0.1:1" in result.stderr
+    assert not output.exists()

@@ -16,8 +16,8 @@ from test_cli import run
 from experiments import check as check_module
 from experiments.check import Question, References, check
 from experiments.compare import compare_rows, holm
+from experiments.inference import error_of_mean
 from experiments.results import document, write_json
-from experiments.statistics import error_of_mean
 from renderer.estimators import Area
 
 FALSE_ALARM = 1e-6

@@ -11,8 +11,8 @@ from experiments.defects import scenes
 from experiments.defects.altered import Altered
 from experiments.defects.catalogue import CONTROLS, DEFECTS, RIGHT, Control
 from experiments.defects.gates import pictures_differ, pixels_differ
+from experiments.inference import Level
 from experiments.planted_defects import Truths, as_image, as_reference, find, hardness_table, hold
-from experiments.statistics import Level
 from experiments.variance_table import add_slopes, mark_ties, markdown
 from renderer.image import render
 

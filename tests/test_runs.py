@@ -185,3 +185,9 @@ def test_the_disk_knows_where_a_horizon_cuts():
     sunk = corners * [[1], [1], [2]] - [[0], [0], [1]]
     assert disk_area(here, up, sunk) == pytest.approx(exact, abs=1e-14)
     assert disk_area(here, -up, corners) == 0.0
+
+
+def test_no_experiment_hides_a_module_of_the_standard_library():
+    """A script's folder comes first where Python looks."""
+    names = {path.stem for path in Path(suite.__file__).parent.iterdir()}
+    assert not names & sys.stdlib_module_names

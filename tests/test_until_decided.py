@@ -13,7 +13,7 @@ from experiments import check as check_module
 from experiments import until_decided as until_module
 from experiments.check import Question
 from experiments.combine import combine_images, combine_references
-from experiments.statistics import Level
+from experiments.inference import Level
 from experiments.store import Store, key_of
 from experiments.until_decided import check_until
 from experiments.verdict import NOTHING

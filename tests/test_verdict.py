@@ -10,8 +10,8 @@ from scipy import stats
 
 from experiments.decision import decide
 from experiments.earned import FEWEST, PASSES, Side, is_heavy
+from experiments.inference import Bias, Level, pooled_bias, welch
 from experiments.spreads import log_ratio_error, pass_spread, variance_ratio
-from experiments.statistics import Bias, Level, pooled_bias, welch
 
 FALSE_ALARM = 1e-6
 

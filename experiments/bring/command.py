@@ -55,7 +55,7 @@ def run_bring(
     references = KeptReferences(options["reference"], options["cache"])
     references.given(scene)  # refused before anything is rendered
     shared: dict[str, Any] = {"command": command, "references": references}
-    with worker_pool() as pool, progress_bar(scene.name) as report:
+    with worker_pool(options["cluster"]) as pool, progress_bar(scene.name) as report:
         shared |= {"executor": pool, "progress": report}
         if files:
             brought = _read(files, scene, options)

@@ -16,7 +16,7 @@ from renderer.scene import Scene
 
 from ..check import Progress, Question
 from ..files import to_levels
-from ..statistics import Level
+from ..inference import Level
 from ..verdict import Verdict, judge
 from .diagnosis import diagnose
 from .diagnosis.diagnose import Diagnosis, Mistake

@@ -12,8 +12,8 @@ from renderer.estimators import Area
 from renderer.image import render
 
 from ..check import Question, check
+from ..inference import Level
 from ..results import EXIT, document, write_json
-from ..statistics import Level
 from ..tables import console
 from .estimator import imported_estimator
 from .kept import KeptReferences

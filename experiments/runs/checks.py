@@ -8,7 +8,7 @@ from renderer.estimators import Estimator
 from renderer.scene import Scene
 
 from ..check import Question, References, check
-from ..statistics import Level
+from ..inference import Level
 from .declared import Outcome
 
 

@@ -13,9 +13,10 @@ from rich.table import Table
 
 from renderer.errors import InputError
 
+from ..exports import write_exports
 from ..files import replacing
+from ..inference import Level
 from ..results import document, exit_code, write_json
-from ..statistics import Level
 from ..tables import console, verdict_table
 from ..workers import worker_pool
 from .declared import Experiment, Outcome, Row, Settings
@@ -39,11 +40,19 @@ class Request:
         Folder of figures, tables and finished jobs; None: none are written.
     target : str or None
         File of the results, "-" for standard output.
+    cluster : str or None
+        Address of a Dask scheduler, where jobs go that need not be alone.
+    csv, junit, summary : str or None
+        Files for other programs.
     """
 
     settings: Settings
     out: Path | None = None
     target: str | None = None
+    cluster: str | None = None
+    csv: str | None = None
+    junit: str | None = None
+    summary: str | None = None
 
     @property
     def results(self) -> str | None:
@@ -52,8 +61,10 @@ class Request:
 
     def save(self, rows: Sequence[Row], **head: Any) -> None:
         """Write the results so far, if they go anywhere."""
+        found = document(list(rows), seed=self.settings.seed, quick=self.settings.quick, **head)
         if self.results:
-            write_json(document(list(rows), seed=self.settings.seed, quick=self.settings.quick, **head), self.results)
+            write_json(found, self.results)
+        write_exports(found, vars(self))
 
 
 def chosen(names: Sequence[str], experiments: Sequence[Experiment]) -> list[Experiment]:
@@ -115,7 +126,7 @@ def run_experiments(experiments: Sequence[Experiment], request: Request, progres
     files = replace(request, target=None if request.target == "-" else request.target)
     rows: list[Row] = []
     empty: list[str] = []
-    with worker_pool() as pool:
+    with worker_pool(request.cluster) as pool:
         for experiment in experiments:
             if request.settings.scenes and not experiment.scenes:
                 told.print(f"{experiment.name}: makes its own scenes; those named are not used", markup=False)

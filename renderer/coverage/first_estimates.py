@@ -36,8 +36,8 @@ def means(centre: Floats, region: Ints) -> Floats:
 
 def first_estimates(
     centre: Floats, region: Ints, pixel: Ints, which: Ints, x: Floats, y: Floats, value: Floats
-) -> Floats:
-    """Estimates (n,) for items whose neighbourhood is broken by edges.
+) -> tuple[Floats, Floats]:
+    """Estimates (n,) for items whose neighbourhood is broken by edges; the largest radiance (n,) of each region near.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def first_estimates(
         near = np.where(same, centre[r, c], np.where(found, value[item], value))
         low, high = np.minimum(low, near), np.maximum(high, near)
         others |= (same | found) & bool(dy or dx)
-    return np.where(predicted, missed / 8, np.where(others, (high - low) / 8, np.abs(value)))
+    return np.where(predicted, missed / 8, np.where(others, (high - low) / 8, np.abs(value))), high
 
 
 def _inside(r: Ints, c: Ints, shape: tuple[int, ...]) -> tuple[Ints, Ints, Bools]:

@@ -6,8 +6,9 @@ the Laplacian over 24 of its neighbours (exact for a cubic one). Estimates of wh
 - a whole pixel: from fourth and sixth differences (see `smooth.WITHIN`).
 - a piece, and a pixel beside an edge: an eighth of the largest amount by which its value misses what the whole
   pixels of its region around it predict, each with its own gradient; of the range of values where none does; the
-  whole value where there is no other, where three regions meet (a corner that stands on a floor: its shadow has no
-  width there), where the piece is not seen at its centroid, or where its cell could not be cut exactly.
+  whole value where there is no other; it, or the largest of its region nearby, where three regions meet (a corner
+  that stands on a floor: its shadow has no width there), where the piece is not seen at its centroid, or where its
+  cell could not be cut exactly.
 
 The items with the largest estimates are evaluated on a finer grid, round by round, until the squares of all
 others sum to less than the tolerance allows. After a round an item's estimate is half of what it changed by, and

@@ -36,6 +36,9 @@ RUN = 16
 """Pixels of a row that one ray may speak for."""
 SHARE = 0.5
 """Of the tolerance, that interpolated centres may spend."""
+ROOM = 0.8
+"""Of the tolerance, that estimates may add up to: they are no bounds. Without room the error was 0.2 of the tolerance
+at the median and 1.09 at worst, over 75 images of 15 views 64 pixels high."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +104,7 @@ def render_area(
     edges, region, pieces, sampled = _cut(regions)
     base = _base(regions, palette, region, pieces, sampled, shade, tolerance)
     jumps = any(not source.has_extent and not source.blockers.none for source in needs.sources)
-    budget = tolerance**2 * base.square - base.settled
+    budget = (ROOM * tolerance) ** 2 * base.square - base.settled
     rest = base.settled + refine(base.items, edges, regions, shade, budget, jumps)
     image = _assemble(scene, regions, palette, region, pieces, base, needs.left_out)
     error = math.sqrt(rest / base.square) if base.square > 0 else 0.0
@@ -238,14 +241,16 @@ def _base(
     total = centre.sum(axis=0)
     estimate = np.concatenate((error_bound(total, fillable, WITHIN, full), np.full(mine.size, np.inf)))
     lone = np.flatnonzero(~np.isfinite(estimate))
-    estimate[lone] = first_estimates(
+    brightest = np.zeros(pixel.size)
+    estimate[lone], brightest[lone] = first_estimates(
         total, fillable, pixel[lone], which[lone], x[lone], y[lone], mean.sum(axis=0)[lone]
     )
     hidden = regions.seen(pieces.x[mine], pieces.y[mine]) != pieces.region[mine]
     doubtful = hidden | np.isin(pieces.cell[mine], sampled) | _junction(pieces)[mine]
     rough = np.concatenate((np.zeros(full.size, dtype=bool), doubtful))
     area = np.concatenate((np.ones(full.size), pieces.area[mine]))
-    estimate = np.where(rough, np.sqrt((mean**2).sum(axis=0)), estimate) * area
+    # A dark value proves nothing where it is doubtful: what is beside it may be the truth of half the piece.
+    estimate = np.where(rough, np.maximum(np.sqrt((mean**2).sum(axis=0)), brightest / math.sqrt(3)), estimate) * area
     items = Items(
         pixel=pixel,
         region=which,
