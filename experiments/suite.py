@@ -10,6 +10,7 @@ from .cornell import CORNELL
 from .error_against_time import ERROR_AGAINST_TIME
 from .glossy import GLOSSY
 from .light_units import LIGHT_UNITS
+from .mesh import MESH
 from .mesh_cost import MESH_COST
 from .mesh_rays import MESH_RAYS
 from .nusselt_analog import NUSSELT_ANALOG
@@ -32,6 +33,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     LIGHT_UNITS,
     GLOSSY,
     CORNELL,
+    MESH,
     CONVERGENCE,
     UNSHADOWED,
     STABILITY,

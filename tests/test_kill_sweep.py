@@ -1,0 +1,34 @@
+"""A sweep killed at a moment ends with the rows of an undisturbed one; fifty are tried by `kill_sweep.py`."""
+
+from __future__ import annotations
+
+import json
+
+import kill_sweep
+import pytest
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    out = tmp_path_factory.mktemp("undisturbed")
+    return kill_sweep.whole(out), kill_sweep.rows(out)
+
+
+@pytest.mark.parametrize("share", [0.6])
+def test_a_killed_sweep_ends_with_the_same_rows(undisturbed, tmp_path, share):
+    seconds, right = undisturbed
+    kill_sweep.killed(tmp_path, share * seconds)
+    kill_sweep.whole(tmp_path)
+    assert kill_sweep.rows(tmp_path) == right
+    assert len(right) > 10
+
+
+def test_a_lost_row_is_seen(undisturbed, tmp_path):
+    """The planted defect: a job's rows, halved on disk."""
+    _, right = undisturbed
+    kill_sweep.whole(tmp_path)
+    job = max((tmp_path / "jobs").glob("*.json"), key=lambda path: path.stat().st_size)
+    found = json.loads(job.read_text())
+    job.write_text(json.dumps(found[: len(found) // 2]))
+    kill_sweep.whole(tmp_path)
+    assert kill_sweep.rows(tmp_path) != right
