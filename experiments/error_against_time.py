@@ -44,7 +44,7 @@ def run(
     Parameters
     ----------
     side, count : int, optional
-        Pixels high, and cameras a scene, instead of 256 (64 if quick) and 5 (1).
+        Pixels high, and cameras a scene, instead of 256 (64 if quick) and 5 (1; with a big mesh too).
 
     Raises
     ------
@@ -66,10 +66,11 @@ def run(
                 rows += [_without(name, rule, target, DEAR) for target in TARGETS]
                 continue
             found = measured[f"{name}/{rule}"] = []
-            for number, view in enumerate(views(scene, count or (1 if quick else 5))):
+            for number, view in enumerate(views(scene, count or (1 if quick or big else 5))):
                 if progress:
                     progress(f"{view.name}, {rule}")
-                found.append(measure(view, estimator, rule, plan, seed + 100 * number, None))
+                workers = found[0].workers if found else None
+                found.append(measure(view, estimator, rule, plan, seed + 100 * number, workers=workers))
             rows += [row(name, rule, target, estimator.name, found) for target in TARGETS]
     return rows, measured
 
