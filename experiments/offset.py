@@ -144,7 +144,7 @@ def run_case(case: Case, seed: int, executor: Executor | None = None) -> Iterato
             "case": "mitsuba's rule" if model else "from the surface",
             "size": case.size,
             "contact": case.contact,
-            "pixels": int(pixels.sum()),
+            "penumbra_pixels": int(pixels.sum()),
             "samples": reference.samples,
             **found,
             "as_claimed": (fits if model else True) and int(pixels.sum()) >= PIXELS,
@@ -190,7 +190,7 @@ OFFSET = Experiment(
 
 def plain_row(row: dict[str, Any]) -> dict[str, Any]:
     """What fits a terminal."""
-    names = ("scene", "case", "pixels", "chi_squared", "bias_relative", "as_claimed")
+    names = ("scene", "case", "penumbra_pixels", "chi_squared", "bias_relative", "as_claimed")
     return {name: row[name] for name in names}
 
 

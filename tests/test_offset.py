@@ -66,7 +66,7 @@ def test_the_rule_explains_a_close_contact(monkeypatch):
     monkeypatch.setattr(offset, "OUR_PASSES", 48)
     monkeypatch.setattr(offset, "OUR_SAMPLES", 16)
     model, none = offset.run_case(offset.CASES[-2], seed=3)
-    assert model["pixels"] > 1000
+    assert model["penumbra_pixels"] > 1000
     assert 0.7 < model["chi_squared"] < 1.3
     assert none["chi_squared"] > 5
     assert none["bias_interval"][1] < 0 < model["bias_interval"][1]

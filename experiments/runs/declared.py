@@ -15,6 +15,8 @@ from renderer.vectors import Floats
 from ..catalogue import load
 
 Row = dict[str, Any]
+KINDS = {"pixels": dict, "reference": dict, "images": dict, "left_out": list, "warnings": list}
+"""Names of a row that mean the same in every experiment."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,12 @@ class Outcome:
 
     rows: list[Row]
     arrays: dict[str, Floats] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for row in self.rows:
+            for name, kind in KINDS.items():
+                if row.get(name) is not None and not isinstance(row[name], kind):
+                    raise TypeError(f"{name} of a row is {row[name]!r}: pages read it as a {kind.__name__}")
 
 
 @dataclass(frozen=True)
