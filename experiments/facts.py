@@ -64,7 +64,7 @@ def _reference(rows: list[Row]) -> str:
 
 def _right(rows: list[Row]) -> Fact:
     tone, said = headline(rows)
-    by = Counter(str(row["verdict"]) for row in rows if row.get("verdict"))
+    by = Counter(str(row["verdict"]) for row in rows if row.get("verdict") and not row.get("defect"))
     words = ", ".join(f"{by[word]} {plural}" for word, plural in VERDICTS.items() if by[word])
     answer = {"good": "Yes", "bad": "No", "open": "Not known yet"}.get(tone, "")
     if not counted(rows).keys() - {"shown"}:
@@ -75,7 +75,8 @@ def _right(rows: list[Row]) -> Fact:
 
 
 def _sure(rows: list[Row], alpha: Any) -> Fact:
-    found = [v for row in rows if (v := number(row.get("minimum_detectable_bias"))) is not None]
+    whole = [row for row in rows if not row.get("defect")]  # planted ones say nothing of the renderer
+    found = [v for row in whole if (v := number(row.get("minimum_detectable_bias"))) is not None]
     level = number(alpha)
     chance = f" A right renderer fails this report at most once in {1 / level:,.0f} times." if level else ""
     if not found:
@@ -117,6 +118,7 @@ def _where(rows: list[Row]) -> Fact:
     if off:
         names = ", ".join(title(row) for row in off[:4]) + (f" and {len(off) - 4} more" if len(off) > 4 else "")
         return Fact(question, f"In {count(len(off), 'row')}", names, "bad")
+    rows = [row for row in rows if not row.get("defect")]
     claimed = sum(row.get("verdict") == "differs" for row in rows)
     if claimed:
         return Fact(question, "Only where it says so", f"{count(claimed, 'row')} with a bias that is claimed.")

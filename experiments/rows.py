@@ -30,11 +30,40 @@ def method(row: Row) -> str:
     return f"{name} {row['samples']}{' stratified' if row.get('stratified') else ''}"
 
 
+def subject(row: Row) -> str:
+    """What a row is about: its scene with the case or the target, or what stands in a scene's place."""
+    told = [row.get(name) for name in ("defect", "scene", "case", "name", "light", "what", "form", "series")]
+    target = number(row.get("target"))
+    if target is not None:
+        told += [row.get("pixel_rule"), f"{target:g}"]
+    return ", ".join(dict.fromkeys(str(part) for part in told if part))
+
+
 def title(row: Row) -> str:
-    """A row's name: experiment (but for the main job's), scene and method."""
+    """A row's name: experiment (but for the main job's), subject and method."""
     experiment = experiment_of(row)
-    parts = ("" if experiment == "check" else f"{experiment}:", str(row.get("scene") or ""), method(row))
+    parts = ("" if experiment == "check" else f"{experiment}:", subject(row), method(row))
     return " ".join(part for part in parts if part) or experiment
+
+
+TOLD = (
+    *("experiment", "seed", "command", "claim", "as_claimed", "verdict", "reason", "margin", "scene", "estimator"),
+    *("samples", "stratified", "passes", "tile_p", "tiles"),
+)
+"""What a page says of every row in its own words."""
+
+
+def figures(row: Row) -> list[tuple[str, str]]:
+    """Everything else that is one value, by name."""
+
+    def said(value: Any) -> str:
+        if isinstance(value, bool):
+            return "yes" if value else "no"
+        found = number(value)
+        return str(value) if found is None else f"{found:.6g}"
+
+    plain = {name: value for name, value in row.items() if isinstance(value, (str, int, float)) and name not in TOLD}
+    return [(name.replace("_", " "), said(value)) for name, value in plain.items()]
 
 
 def number(value: Any) -> float | None:

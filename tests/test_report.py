@@ -283,3 +283,26 @@ def test_blobs_are_base64_of_what_was_packed(page):
 
 def test_hostile_names_are_all_there(page):
     assert page.count('class="open"') == 3 + len(HOSTILE)
+
+
+def test_planted_defects_say_nothing_of_the_renderer():
+    from experiments.facts import facts
+
+    right = {"scene": "quad", "verdict": "agrees", "as_claimed": True, "minimum_detectable_bias": 1e-3}
+    planted = {"scene": "quad", "defect": "gain", "verdict": "differs", "as_claimed": True, "bias_relative": 0.1}
+    found = {fact.question: fact for fact in facts({"rows": [right, planted | {"minimum_detectable_bias": 0.5}]})}
+    assert "Of 1 image" in found["Is the renderer right?"].detail
+    assert found["How sure?"].answer == "It finds 0.10 % bias"
+    assert found["Where does it differ?"].answer != "Only where it says so"
+
+
+def test_rows_without_a_scene_are_named_by_what_they_are_about():
+    from experiments.rows import figures, subject
+
+    assert subject({"light": "needle", "disk_area": 0.1}) == "needle"
+    assert subject({"scene": "quad", "pixel_rule": "area", "target": 1e-3}) == "quad, area, 0.001"
+    assert subject({"defect": "gain", "scene": "open floor"}) == "gain, open floor"
+    assert figures({"scene": "quad", "ratio": 3.14159265, "held": True, "raw": [1]}) == [
+        ("ratio", "3.14159"),
+        ("held", "yes"),
+    ]

@@ -14,7 +14,7 @@ from renderer.errors import InputError
 
 from ..files import read_exr
 from ..results import plain
-from ..rows import Row, experiment_of, method, number, status, title
+from ..rows import Row, experiment_of, figures, method, number, status, subject, title
 from ..speed import curves, seconds_of
 from .material import Material
 from .plots import error_figure, p_histogram
@@ -47,6 +47,8 @@ def entry(material: Material, row: Row, index: int, packed: dict[str, Any] | Non
         "row": row,
         "name": title(row),
         "scene": scene,
+        "subject": subject(row),
+        "figures": figures(row) if experiment_of(row) != "check" and not row.get("pixels") else [],
         "experiment": experiment_of(row),
         "method": method(row),
         "status": status(row),
