@@ -11,9 +11,8 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
-from typing import Any
 
-from .rows import Row, experiment_of, number
+from .rows import Row, number
 
 TARGETS = (1e-2, 1e-3, 1e-4)
 """Relative RMS errors people ask the time of; the middle one first."""
@@ -124,28 +123,36 @@ def _label(row: Row) -> str:
 
 @dataclass(frozen=True)
 class Race:
-    """The quickest of ours and of Mitsuba's to an error on one scene: label, seconds, extrapolated or not."""
+    """A row of the race against time: label, seconds and whether that is extrapolated, ours and Mitsuba's at its best.
+
+    Parameters
+    ----------
+    ratio : float
+        How many times as long Mitsuba takes; the least it can be if ``bound``.
+    """
 
     scene: str
     ours: tuple[str, float, bool]
     mitsuba: tuple[str, float, bool]
-
-    @property
-    def ratio(self) -> float:
-        """How many times as long Mitsuba takes."""
-        return self.mitsuba[1] / self.ours[1]
+    ratio: float
+    bound: bool
 
 
 def races(rows: list[Row], error: float = TARGETS[1]) -> list[Race]:
-    """Scene by scene, where both renderers were timed by an experiment."""
-    timed = [row for row in rows if experiment_of(row) != "check"]
+    """What error-against-time found for an error, by scene and pixel rule. Nothing else is a race."""
     found = []
-    for scene in dict.fromkeys(str(row["scene"]) for row in timed if row.get("scene")):
-        best: dict[bool, Any] = {}
-        for curve in curves(timed, scene):
-            reached = curve.seconds_to(error)
-            if reached and (curve.mitsuba not in best or reached[0] < best[curve.mitsuba][1]):
-                best[curve.mitsuba] = (curve.label, *reached)
-        if len(best) == 2:
-            found.append(Race(scene, best[False], best[True]))
+    for row in rows:
+        ratio = number(row.get("ratio"))
+        if row.get("target") != error or ratio is None:
+            continue
+        ours, theirs = row["ours"], row["mitsuba"]
+        found.append(
+            Race(
+                f"{row['scene']}, {row['pixel_rule']}",
+                (str(ours["estimator"]), float(ours["seconds"]), False),
+                (f"Mitsuba {theirs['configuration']}", float(theirs["seconds"]), bool(theirs["extrapolated"])),
+                ratio,
+                bool(row["lower_bound_only"]),
+            )
+        )
     return found

@@ -87,7 +87,11 @@ def test_ctrl_c_kills_the_child(tmp_path):
     )
     root = Path(reference_module.__file__).parents[1]
     process = subprocess.Popen(
-        [sys.executable, "-c", parent, NEST, str(tmp_path / "pids")], cwd=root, stderr=subprocess.DEVNULL
+        [sys.executable, "-c", parent, NEST, str(tmp_path / "pids")],
+        cwd=root,
+        stderr=subprocess.DEVNULL,
+        # A test that runs in the background inherits that interrupts are ignored.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     until = time.monotonic() + 20
     while not (tmp_path / "pids").exists() and time.monotonic() < until:

@@ -75,7 +75,7 @@ def test_unbiased_claims_hold_behind_blockers(kind, truth):
     made = blocked_scene()
     estimator = kind(samples=16, stratified=True)
     _, needs = prepare(made)
-    passes = 40 if estimator.is_random(needs) else 1
+    passes = 20 if estimator.is_random(needs) else 1
     image = render(made, estimator, seed=1, passes=passes)
     # A clumping is known from the passes alone.
     law = stats.norm if image.clumping == 1 else stats.t(passes - 1)

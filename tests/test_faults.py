@@ -32,6 +32,11 @@ def place(tmp_path: Path) -> Path:
     return folder
 
 
+def hears_interrupts() -> None:
+    """In the child: a test that runs in the background inherits that interrupts are ignored."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def environment(**changed: str) -> dict[str, str]:
     """PATH, and where to find the project when it is not installed."""
     return {"PATH": os.environ["PATH"], "PYTHONPATH": str(Path(__file__).parents[1]), **changed}
@@ -80,7 +85,13 @@ def test_an_interrupt_ends_it_and_leaves_nothing_half_written(place, delay):
     """At start-up, while workers start, and in the middle of the image."""
     command = [*NUSSELT, "render", "my scéne.test", "--samples", "65536", "-o", "a.png"]
     ours = subprocess.Popen(
-        command, cwd=place, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
+        command,
+        cwd=place,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        preexec_fn=hears_interrupts,
     )
     time.sleep(0.3 + delay)
     assert ours.poll() is None
