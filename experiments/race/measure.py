@@ -52,7 +52,7 @@ class Plan:
     """
 
     rounds: int = 1
-    sizes: tuple[int, ...] = (4, 16, 64, 256, 1024)
+    sizes: tuple[int, ...] = (4, 16, 64, 256)
     truth: float = 3e-5
     longest: float = 5.0
     ways: tuple[Way, ...] = WAYS
