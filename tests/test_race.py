@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from experiments.error_against_time import figure, run
-from experiments.race.measure import Plan
-from experiments.race.rows import raw
+from experiments.race.measure import Measured, Plan
+from experiments.race.rows import finalists, raw
 from mitsuba_bridge.child import ReferenceUnavailable
 from mitsuba_bridge.llvm import backend
-from mitsuba_bridge.race import DEFAULT, WAYS, Way, run_race
+from mitsuba_bridge.race import DEFAULT, WAYS, Lap, Way, run_race
 
 pytestmark = pytest.mark.skipif(backend().variant == "scalar_rgb", reason="Mitsuba's LLVM variant does not run here")
 
 FEW = (Way("multijitter", 0), DEFAULT)
+LADDER = (Way("multijitter", 0), Way("ldsampler", 0), Way("orthogonal", 0))
 
 
 def test_mitsuba_is_run_in_every_way_and_its_default_is_among_them():
@@ -55,6 +58,19 @@ def test_every_way_of_mitsuba_comes_nearer_with_samples(raced):
     )
 
 
+def test_the_foremost_ways_and_the_default_go_on(raced):
+    _, measured = raced
+    assert set(finalists(measured["quad/area"][0])) == set(FEW)  # of two ways neither is left behind
+    slow = Way("independent", 0)
+    (race,) = measured["quad/area"][0].mitsuba
+    laps = [
+        Lap(way, lap.samples, lap.seconds * (1 + k), lap.error) for lap in race.laps for k, way in enumerate(LADDER)
+    ]
+    laps += [Lap(slow, lap.samples, 100 * lap.seconds, lap.error) for lap in race.laps]
+    known = Measured(mitsuba=[dataclasses.replace(race, laps=tuple(laps))])
+    assert set(finalists(known)) == {*LADDER, DEFAULT}
+
+
 def test_a_wrong_truth_is_not_reached():
     """The planted defect: 5 % too bright, and no number of samples comes nearer than that."""
     from experiments.race.scenes import race_scene
@@ -72,8 +88,6 @@ def test_a_wrong_truth_is_not_reached():
 
 
 def test_a_race_needs_the_fast_variant():
-    import dataclasses
-
     slow = dataclasses.replace(backend(), variant="scalar_rgb")
     with pytest.raises(ReferenceUnavailable, match="LLVM"):
         run_race(None, np.zeros(0), None, sizes=(4,), seed=0, running=slow)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mitsuba_bridge.race import DEFAULT
+from mitsuba_bridge.race import DEFAULT, Way
 
 from .measure import Measured, Rule
 from .times import Time, fastest, seconds_of_ours, seconds_to
@@ -39,6 +39,23 @@ def _round(found: Measured, number: int, target: float) -> dict[str, Any]:
     best = fastest(target, ways)
     default = seconds_to(target, sorted(ways.get(DEFAULT.name, [])))
     return {"ours": ours, "best": best, "default": default}
+
+
+FINALISTS = 3
+"""Ways of Mitsuba that go on after a scene's first view, for each target; and its default."""
+
+
+def finalists(found: Measured) -> tuple[Way, ...]:
+    """The ways that came to the targets first in one view: those raced on the scene's other views."""
+    kept = {DEFAULT}
+    for number in range(len(found.mitsuba)):
+        times = {lap.way: lap.way.name for lap in found.mitsuba[number].laps}
+        laps = _by_way(found, number)
+        for target in TARGETS:
+            reached = {way: seconds_to(target, sorted(laps[name])) for way, name in times.items()}
+            timed = [(time.seconds, way.name, way) for way, time in reached.items() if time is not None]
+            kept |= {way for _, _, way in sorted(timed)[:FINALISTS]}
+    return tuple(sorted(kept, key=lambda way: way.name))
 
 
 def row(scene: str, rule: Rule, target: float, estimator: str, views: Sequence[Measured]) -> dict[str, Any]:
