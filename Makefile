@@ -24,7 +24,7 @@ check: setup
 	$(BIN)/nusselt check --classic --out out --json out/results.json
 
 test: setup
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: setup
 	$(BIN)/ruff check .

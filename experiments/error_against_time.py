@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from experiments.race.measure import Measured, Plan, Rule, measure, noise_free
-from experiments.race.rows import SENTENCE, TARGETS, finalists, raw, row
+from experiments.race.measure import Measured, Plan, Rule, by_silhouettes, measure, noise_free
+from experiments.race.rows import EVERY, SENTENCE, TARGETS, finalists, raw, row, without_interpolation
 from experiments.race.scenes import NAMES, race_scene
 from experiments.runs.declared import Experiment, Job, Outcome, Settings
 from experiments.runs.figures import canvas
@@ -22,7 +22,11 @@ FEW = (Way("multijitter", 0), Way("multijitter", 1), DEFAULT)
 QUICK = Plan(rounds=1, sizes=(4, 16, 64), truth=1e-4, longest=3.0, ways=FEW)
 QUICK_SCENES = ("quad", "cornell-boxes")
 RULES: tuple[Rule, ...] = ("area", "centre")
-RULES_BIG: tuple[Rule, ...] = ("area", "centre", "interpolated")
+PLAN_BIG = Plan(
+    sizes=(16, 64, 256, 1024, 4096),
+    longest=30.0,
+    ways=(Way("multijitter", 0), Way("ldsampler", 0), Way("orthogonal", 0), Way("multijitter", 1), DEFAULT),
+)
 BIG = 20_000
 """Triangles beyond which pixels by area take minutes: every one shows several faces, and each is shaded."""
 NONE = "no estimator of ours is exact and without noise in this scene"
@@ -55,14 +59,14 @@ def run(
     ReferenceUnavailable
         If Mitsuba's LLVM variant does not run.
     """
-    plan = plan or (QUICK if quick else Plan())
     rows: list[Row] = []
     measured: dict[str, list[Measured]] = {}
     for name in scenes:
         scene = race_scene(name, side or (64 if quick else 256))
         estimator = noise_free(scene)
         big = sum(mesh.triangles.shape[1] for mesh in scene.meshes) > BIG
-        for rule in RULES_BIG if big else RULES:
+        plans = plan or (QUICK if quick else PLAN_BIG if big else Plan())
+        for rule in RULES:
             if estimator is None:
                 rows += [_without(name, rule, target, NONE) for target in TARGETS]
                 continue
@@ -74,9 +78,12 @@ def run(
                 if progress:
                     progress(f"{view.name}, {rule}")
                 workers = found[0].workers if found else None
-                mine = replace(plan, ways=finalists(found[0])) if found else plan
+                mine = replace(plans, ways=finalists(found[0])) if found else plans
                 found.append(measure(view, estimator, rule, mine, seed + 100 * number, workers=workers))
             rows += [row(name, rule, target, estimator.name, found) for target in TARGETS]
+            if rule == "centre" and by_silhouettes(scene, estimator):
+                every = [without_interpolation(one) for one in found]
+                rows += [row(name, EVERY, target, estimator.name, every) for target in TARGETS]
     return rows, measured
 
 
@@ -123,7 +130,7 @@ def figure(name: str, views_raw: Sequence[dict[str, Any]]) -> Any:
 def _race(scene: str, quick: bool, seed: int) -> Outcome:
     """One scene; the first row of each pixel rule keeps the raw times."""
     rows, measured = run((scene,), quick=quick, seed=seed)
-    for rule in RULES_BIG:
+    for rule in RULES:
         if (found := measured.get(f"{scene}/{rule}")) is not None:
             first = next(one for one in rows if one["pixel_rule"] == rule)
             first["raw"] = [raw(one) for one in found]

@@ -82,7 +82,7 @@ def _shadows(source: Source, view: ShadingPoints, points: int) -> tuple[int, flo
         k = np.flatnonzero(dot(view.normal, d) > 0)
         p, own, way = view.position[:, k], view.ellipsoid[k], d[:, k]
         started = time.process_time()
-        seen = common.seen(p, own, way, eye, False)
+        seen = common.seen(p, own, way, eye, False, outside=view.outside[k])
         between = time.process_time()
         one_by_one = source.blockers.visible(p, own, way[:, :, None], False)[:, 0]
         slow += time.process_time() - between

@@ -51,7 +51,7 @@ def floor_points(count: int, seed: int) -> ShadingPoints:
     position = rng.uniform(-0.8, 0.8, (3, count)) * np.array([[1.0], [0.0], [1.0]])
     up = np.broadcast_to(np.array([[0.0], [1.0], [0.0]]), (3, count)).copy()
     grey, nothing = np.full((3, count), 0.5), np.zeros((3, count))
-    return ShadingPoints(position, up, up, up, grey, nothing, np.ones(count), np.full(count, -1))
+    return ShadingPoints(position, up, up, up, grey, nothing, np.ones(count), np.full(count, -1), np.zeros(count, bool))
 
 
 def _timed(run: Callable[[], Floats], repeats: int) -> tuple[Floats, list[float]]:

@@ -59,7 +59,14 @@ class CommonVisibility:
         return cls(b, replace(b, triangles=b.loose, hierarchy=None) if found else b, found)
 
     def seen(
-        self, points: Floats, own: Ints, d: Floats, eye: Floats, at_infinity: bool, normal: Floats | None = None
+        self,
+        points: Floats,
+        own: Ints,
+        d: Floats,
+        eye: Floats,
+        at_infinity: bool,
+        normal: Floats | None = None,
+        outside: Bools | None = None,
     ) -> Bools:
         """Which points see the light point ``eye``.
 
@@ -73,23 +80,28 @@ class CommonVisibility:
             The light point, or the direction to it.
         normal : (3, n) float64, optional
             Unit normals, read by the offset rule alone.
+        outside : (n,) bool, optional
+            See `ShadingPoints`; those points face the light point.
         """
         seen: Bools = np.ones(points.shape[1], dtype=bool)
         if not self.rest.none:
             seen = self.rest.visible(points, own, d[:, :, None], at_infinity, normal)[:, 0]
         if self.outline is not None:
             open_ = np.flatnonzero(seen)
-            seen[open_] = ~self._hidden(self.outline, take(points, open_), take(d, open_), eye, at_infinity)
+            around = None if outside is None else take(outside, open_)
+            seen[open_] = ~self._hidden(self.outline, take(points, open_), take(d, open_), eye, at_infinity, around)
         return seen
 
-    def _hidden(self, outline: Outline, points: Floats, d: Floats, eye: Floats, at_infinity: bool) -> Bools:
+    def _hidden(
+        self, outline: Outline, points: Floats, d: Floats, eye: Floats, at_infinity: bool, outside: Bools | None
+    ) -> Bools:
         seen_edges = silhouette(outline, eye, at_infinity)
         if seen_edges is None:
             return np.zeros(points.shape[1], dtype=bool)
         x, y, depth = project(outline, points, eye, at_infinity)
         if not at_infinity:
             x = np.where(depth > 0, x, np.inf)
-        hidden = winding(seen_edges, x, y) != 0
+        hidden = _turned_to(winding(seen_edges, x, y), outside) != 0
         # What the winding number counts may lie behind the point, unless the whole box lies before it.
         k = np.flatnonzero(hidden)
         unsure = k[~self._beyond(take(points, k), take(d, k))]
@@ -98,13 +110,16 @@ class CommonVisibility:
             hidden[unsure] = self.blockers.hierarchy_hides(p, way, at_infinity)
         return hidden
 
-    def layers(self, points: Floats, d: Floats, eye: Floats) -> Ints:
-        """How many layers of the closed surface lie between points outside it (3, n) and the light point."""
+    def layers(self, points: Floats, d: Floats, eye: Floats, outside: Bools | None = None) -> Ints:
+        """How many layers of the closed surface lie between points outside it (3, n) and the light point.
+
+        ``outside`` as in `seen`.
+        """
         found: Ints = np.zeros(points.shape[1], dtype=np.int64)
         edges = silhouette(self.outline, eye, False) if self.outline is not None else None
         if edges is not None and self.outline is not None:
             x, y, depth = project(self.outline, points, eye, False)
-            found = winding(edges, np.where(depth > 0, x, np.inf), y)
+            found = _turned_to(winding(edges, np.where(depth > 0, x, np.inf), y), outside)
         k = np.flatnonzero(found)
         unsure = k[~self._beyond(take(points, k), take(d, k))]
         # Into a closed surface and out of it again: two crossings a layer.
@@ -119,3 +134,12 @@ class CommonVisibility:
         with np.errstate(divide="ignore", invalid="ignore"):
             first, second = (tree.centre - tree.half - p) / d, (tree.centre + tree.half - p) / d
         return np.asarray(np.fmin(first, second).max(axis=0) > 0)
+
+
+def _turned_to(faces: Ints, outside: Bools | None) -> Ints:
+    """How many of the ``faces`` (n,) turned to the light on a point's ray may block it: not the point's own, if alone.
+
+    A point on the outside has a winding number of 0 in space before it, and so has the light point: between them
+    the ray goes in as often as out. Where its own face is the only way in, nothing is between.
+    """
+    return faces if outside is None else np.where(outside & (faces == 1), 0, faces)

@@ -31,6 +31,8 @@ class Hits:
         Ray parameter, in lengths of the direction given; inf where nothing was hit.
     ellipsoid : (n,) int64
         Index of the ellipsoid hit, -1 for triangles and misses.
+    triangle : (n,) int64
+        Index of the triangle hit, -1 for ellipsoids and misses.
     """
 
     surface: Ints
@@ -38,6 +40,7 @@ class Hits:
     normal: Floats
     distance: Floats
     ellipsoid: Ints
+    triangle: Ints
 
 
 def ellipsoid_distance(geometry: Geometry, index: int, origin: Floats, d: Floats, certain: bool = False) -> Floats:
@@ -110,7 +113,7 @@ def hits_at(
         position[:, mine] = center + transform(geometry.axes[index], local)
         normal[:, mine] = unit(transform(inverse.T, local))
         surface[mine] = geometry.ellipsoid_surface[index]
-    return Hits(surface, position, normal, distance, ellipsoid)
+    return Hits(surface, position, normal, distance, ellipsoid, triangle)
 
 
 def _on_triangles(geometry: Geometry, triangle: Ints, weight: Floats) -> tuple[Floats, Floats, Ints]:

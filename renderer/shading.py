@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .geometry import Geometry, Ints
 from .primary import Hits
@@ -26,6 +27,9 @@ class ShadingPoints:
         Phong exponents.
     ellipsoid : (n,) int64
         Ellipsoid the point lies on, -1 for none.
+    outside : (n,) bool
+        Whether it is known to lie on the front of one of the hierarchy's triangles (see `shadows`), with nothing of
+        them around it: seen from beyond their bounding box.
     """
 
     position: Floats
@@ -36,6 +40,7 @@ class ShadingPoints:
     specular: Floats
     shininess: Floats
     ellipsoid: Ints
+    outside: NDArray[np.bool_]
 
     @property
     def count(self) -> int:
@@ -50,8 +55,10 @@ class ShadingPoints:
         return ShadingPoints(*(getattr(self, f.name)[..., index] for f in fields(self)))
 
 
-def shading_points(geometry: Geometry, hits: Hits, outgoing: Floats, index: Ints) -> ShadingPoints:
-    """The hits ``index`` (k,) as shading points, their normals turned to the viewer."""
+def shading_points(
+    geometry: Geometry, hits: Hits, outgoing: Floats, index: Ints, outside: NDArray[np.bool_] | None = None
+) -> ShadingPoints:
+    """The hits ``index`` (k,) as shading points, their normals turned to the viewer; ``outside`` (k,), else False."""
     surface = hits.surface[index]
     outgoing = outgoing[:, index]
     normal = hits.normal[:, index]
@@ -66,6 +73,7 @@ def shading_points(geometry: Geometry, hits: Hits, outgoing: Floats, index: Ints
         specular=geometry.specular[:, surface],
         shininess=geometry.shininess[surface],
         ellipsoid=hits.ellipsoid[index],
+        outside=np.zeros(index.size, dtype=bool) if outside is None else outside,
     )
 
 

@@ -12,6 +12,7 @@ from .geometry import Geometry
 from .primary import Hits, first_hits
 from .scene import Scene
 from .shading import ShadingPoints, shading_points
+from .shadows import small_triangles
 from .vectors import Floats, column, dot, unit
 
 
@@ -59,5 +60,18 @@ def look(scene: Scene, geometry: Geometry, x: Floats, y: Floats) -> View:
     faces = (cosine != 0) if scene.two_sided else (cosine > 0)
     reflects = ~background & ~emitter & faces
     lit = np.flatnonzero(reflects)
-    points = shading_points(geometry, hits, outgoing, lit)
+    outside = _outside(geometry, column(scene.camera.position), hits, cosine, lit)
+    points = shading_points(geometry, hits, outgoing, lit, outside)
     return View(hits, outgoing, emission, emitter, background, ~background & ~emitter & ~faces, lit, points)
+
+
+def _outside(
+    geometry: Geometry, camera: Floats, hits: Hits, cosine: Floats, index: NDArray[np.intp]
+) -> NDArray[np.bool_] | None:
+    """See `ShadingPoints`; None if no point is known to be."""
+    tree = small_triangles(geometry)
+    if tree is None or (np.abs(camera - tree.centre) <= tree.half).all():
+        return None
+    mine = np.zeros(geometry.triangles + 1, dtype=bool)  # the last for rays that hit none
+    mine[tree.triangles] = True
+    return np.asarray(mine[hits.triangle[index]] & (cosine[index] > 0))

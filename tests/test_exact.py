@@ -37,7 +37,9 @@ def irradiance(made, position, normal, *, light: int = 0, own: int = -1, **optio
     n = position.shape[1]
     normal = np.broadcast_to(np.asarray(normal, dtype=float).reshape(3, -1), (3, n))
     flat = np.zeros((3, n))
-    points = ShadingPoints(position, normal, normal, normal, flat + 1, flat, np.ones(n), np.full(n, own))
+    points = ShadingPoints(
+        position, normal, normal, normal, flat + 1, flat, np.ones(n), np.full(n, own), np.zeros(n, bool)
+    )
     source = Source(light, made.lights[light], Blockers.everything(geometry), False)
     out = Exact(**options)(points, source, np.random.default_rng(0))
     return out[0] * math.pi / made.lights[light].radiance[0]

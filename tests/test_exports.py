@@ -127,7 +127,7 @@ def test_the_ready_workflow_asks_for_commands_and_options_that_exist():
 
     text = (Path(__file__).parent.parent / ".github" / "workflows" / "nusselt.yml").read_text(encoding="utf-8")
     asked = re.findall(r"bin/nusselt (\w+)((?: [^\n]+|\n {10}--[^\n]+)*)", text)
-    assert [name for name, _ in asked] == ["check", "compare", "report"]
+    assert [name for name, _ in asked] == ["check", "run", "report", "compare", "report"]
     for name, words in asked:
         known = {option for parameter in main.commands[name].params for option in parameter.opts}
         assert set(re.findall(r"--?[a-z]+(?= |$)", words)) <= known

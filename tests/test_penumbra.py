@@ -140,7 +140,17 @@ def test_contours_and_light_points_tell_the_same_of_floors_and_of_the_mesh_itsel
     assert (k >= 120).sum() > 20
     k = np.arange(x.shape[1])
     white = np.full((3, k.size), np.pi)
-    points = ShadingPoints(x[:, k], n[:, k], n[:, k], n[:, k], white, 0 * white, np.ones(k.size), np.full(k.size, -1))
+    points = ShadingPoints(
+        x[:, k],
+        n[:, k],
+        n[:, k],
+        n[:, k],
+        white,
+        0 * white,
+        np.ones(k.size),
+        np.full(k.size, -1),
+        np.zeros(k.size, bool),
+    )
 
     def off(samples):
         at = lattice(samples)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from experiments.race.times import fastest, seconds_of_ours, seconds_to
+from experiments.race.times import OurLap, fastest, fastest_of_ours, seconds_to
 from mitsuba_bridge.race import Way, ladder
 
 LAPS = [(1.0, 1e-1), (10.0, 1e-2), (100.0, 1e-3)]
@@ -38,8 +38,9 @@ def test_the_fastest_way_wins_and_missing_laps_are_missing():
     name, time = fastest(1e-2, {"slow": LAPS, "fast": [(s / 5, e) for s, e in LAPS], "none": []})
     assert (name, time.seconds) == ("fast", pytest.approx(2.0))
     assert fastest(1e-2, {"none": []}) is None
-    assert seconds_of_ours(1e-3, [(0.1, 2e-3), (0.3, 5e-4), (0.2, 9e-4)]) == 0.2
-    assert seconds_of_ours(1e-5, LAPS) is None
+    laps = [OurLap("exact", 0.0, *lap) for lap in ((0.1, 2e-3), (0.3, 5e-4), (0.2, 9e-4))]
+    assert fastest_of_ours(1e-3, laps) is laps[2]
+    assert fastest_of_ours(1e-5, laps) is None
 
 
 def test_orthogonal_arrays_take_squares_of_primes():

@@ -13,19 +13,22 @@ import numpy as np
 
 from mitsuba_bridge.race import WAYS, Race, Way, run_race
 from renderer.coverage import render_area, render_centre
-from renderer.estimators import ESTIMATORS, Estimator, Exact
+from renderer.estimators import ESTIMATORS, CommonPointsFixed, Estimator, Exact
 from renderer.image import Image, prepare, render
 from renderer.scene import Scene
 from renderer.vectors import Floats
 
 from ..workers import cores, worker_pool
+from .times import OurLap
 
-Rule = Literal["centre", "area", "interpolated"]
-"""Every pixel's centre evaluated; the pixel's area; its centre, interpolated where checked differences allow it."""
+Rule = Literal["centre", "area"]
+"""The pixel's centre, or its area."""
+COMMON = (8, 13, 21, 34)
+"""Light points common to all pixels, for pixels' centres behind big meshes."""
 TOLERANCES = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
 """Asked of our pixels by area."""
 MERGED = (32, 16, 4, 1)
-"""Strips taken as one (see `Exact`), for every pixel behind big meshes."""
+"""Strips taken as one (see `Exact`), for centres behind big meshes, every one evaluated."""
 INTERPOLATED = ((0.9, 32), (1e-1, 16), (3e-2, 16), (5e-3, 16), (1e-3, 4))
 """Tolerances of interpolation, and strips taken as one: what is reached is far below what is asked."""
 
@@ -64,7 +67,7 @@ class Measured:
 
     Parameters
     ----------
-    ours : list of list of (tolerance, seconds, error)
+    ours : list of list of OurLap
         Round by round.
     mitsuba : list of Race
         Round by round.
@@ -78,7 +81,7 @@ class Measured:
         Points shaded by tolerance.
     """
 
-    ours: list[list[tuple[float, float, float]]] = field(default_factory=list)
+    ours: list[list[OurLap]] = field(default_factory=list)
     mitsuba: list[Race] = field(default_factory=list)
     truth_error: float = 0.0
     first: float = 0.0
@@ -106,10 +109,10 @@ def steps(scene: Scene, estimator: Estimator, rule: Rule) -> list[Step]:
     if rule == "area":
         return [(tolerance, estimator) for tolerance in TOLERANCES]
     if not isinstance(estimator, Exact) or not by_silhouettes(scene, estimator):
-        return [(0.0, estimator)] if rule == "centre" else [(tolerance, estimator) for tolerance, _ in INTERPOLATED]
-    if rule == "centre":
-        return [(0.0, replace(estimator, merge=merge)) for merge in MERGED]
-    return [(tolerance, replace(estimator, merge=merge)) for tolerance, merge in INTERPOLATED]
+        return [(0.0, estimator)]
+    common: list[Step] = [(0.0, CommonPointsFixed(samples=samples)) for samples in COMMON]
+    every: list[Step] = [(0.0, replace(estimator, merge=merge)) for merge in MERGED]
+    return common + every + [(tolerance, replace(estimator, merge=merge)) for tolerance, merge in INTERPOLATED]
 
 
 Draw = Callable[[Step, Executor | None], Image]
@@ -131,7 +134,7 @@ def measure(
 
     def draw(step: Step, executor: Executor | None) -> Image:
         tolerance, chosen = step
-        if rule == "centre":
+        if not tolerance:
             return render(view, chosen, executor=executor)
         make = render_area if rule == "area" else render_centre
         made = make(view, chosen, tolerance=tolerance, executor=executor)
@@ -195,10 +198,11 @@ def _fastest_pool(draw: Callable[[Executor | None], Image], pools: dict[str, Exe
 
 def _laps(
     draw: Draw, ladder: Sequence[Step], executor: Executor | None, truth: Floats, judged: Any
-) -> Iterator[tuple[float, float, float]]:
+) -> Iterator[OurLap]:
     norm = float((truth[:, judged] ** 2).sum())
     for step in ladder:
         started = time.perf_counter()
         image = draw(step, executor)
         seconds = time.perf_counter() - started
-        yield step[0], seconds, float(np.sqrt(((image.mean - truth)[:, judged] ** 2).sum() / max(norm, 1e-300)))
+        error = float(np.sqrt(((image.mean - truth)[:, judged] ** 2).sum() / max(norm, 1e-300)))
+        yield OurLap(step[1].name, step[0], seconds, error)

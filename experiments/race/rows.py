@@ -3,25 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 
 from mitsuba_bridge.race import DEFAULT, Way
 
-from .measure import Measured, Rule
-from .times import Time, fastest, seconds_of_ours, seconds_to
+from .measure import Measured
+from .times import Time, fastest, fastest_of_ours, seconds_to
 
 TARGETS = (1e-2, 1e-3, 1e-4)
+EVERY = "centre, every pixel"
+"""Pixels' centres without interpolation."""
 GOALS = {
-    ("cornell-boxes", 1e-2): 1.0,
-    ("cornell-boxes", 1e-3): 20.0,
-    ("cornell-boxes", 1e-4): 200.0,
-    ("cornell", 1e-3): 10.0,
-    ("quad", 1e-3): 30.0,
-    ("near-light", 1e-3): 300.0,
+    ("cornell-boxes", "area", 1e-2): 1.0,
+    ("cornell-boxes", "area", 1e-3): 20.0,
+    ("cornell-boxes", "area", 1e-4): 200.0,
+    ("cornell", "area", 1e-3): 10.0,
+    ("quad", "area", 1e-3): 30.0,
+    ("near-light", "area", 1e-3): 300.0,
+    ("mesh", "centre", 1e-2): 1.0,
+    ("mesh", "centre", 1e-3): 5.0,
+    ("mesh", "centre", 1e-4): 30.0,
+    ("mesh", "area", 1e-3): 3.0,
+    ("mesh", EVERY, 1e-3): 2.0,
 }
-"""Ratios aimed at, for pixels by area; shown, never judged: they are times."""
+"""Ratios aimed at; shown, never judged: they are times."""
 SENTENCE = "Ours is a method for direct light from polygons; Mitsuba is a general renderer."
 
 
@@ -34,7 +42,7 @@ def _by_way(found: Measured, number: int) -> dict[str, list[tuple[float, float]]
 
 def _round(found: Measured, number: int, target: float) -> dict[str, Any]:
     """Both sides' times in one round."""
-    ours = seconds_of_ours(target, [(seconds, error) for _, seconds, error in found.ours[number]])
+    ours = fastest_of_ours(target, found.ours[number])
     ways = _by_way(found, number)
     best = fastest(target, ways)
     default = seconds_to(target, sorted(ways.get(DEFAULT.name, [])))
@@ -58,7 +66,7 @@ def finalists(found: Measured) -> tuple[Way, ...]:
     return tuple(sorted(kept, key=lambda way: way.name))
 
 
-def row(scene: str, rule: Rule, target: float, estimator: str, views: Sequence[Measured]) -> dict[str, Any]:
+def row(scene: str, rule: str, target: float, estimator: str, views: Sequence[Measured]) -> dict[str, Any]:
     """One row over all views of a scene.
 
     The ratio is the median over views and rounds, its interval from the smallest to the largest of them. It is a
@@ -66,21 +74,25 @@ def row(scene: str, rule: Rule, target: float, estimator: str, views: Sequence[M
     """
     rounds = [(_round(found, n, target)) for found in views for n in range(len(found.ours))]
     known = [entry for entry in rounds if entry["ours"] and entry["best"]]
-    ratios = [entry["best"][1].seconds / entry["ours"] for entry in known]
+    ratios = [entry["best"][1].seconds / entry["ours"].seconds for entry in known]
     complete = bool(rounds) and len(known) == len(rounds)
     ways = [entry["best"][0] for entry in known]
-    goal = GOALS.get((scene, target)) if rule == "area" else None
+    mine = [entry["ours"].estimator for entry in known]
+    goal = GOALS.get((scene, rule, target))
     asked = [
-        (tolerance, tolerance + found.truth_error, error)
+        (lap.tolerance, lap.tolerance + found.truth_error, lap.error)
         for found in views
         for laps in found.ours
-        for tolerance, _, error in laps
+        for lap in laps
     ]
     return {
         "scene": scene,
         "pixel_rule": rule,
         "target": target,
-        "ours": {"estimator": estimator, "seconds": _median([entry["ours"] for entry in known])},
+        "ours": {
+            "estimator": max(set(mine), key=mine.count) if mine else estimator,
+            "seconds": _median([entry["ours"].seconds for entry in known]),
+        },
         "mitsuba": {
             "configuration": max(set(ways), key=ways.count) if ways else None,
             "seconds": _median([entry["best"][1].seconds for entry in known]),
@@ -101,6 +113,11 @@ def row(scene: str, rule: Rule, target: float, estimator: str, views: Sequence[M
     }
 
 
+def without_interpolation(found: Measured) -> Measured:
+    """What was measured of a view's centres, all of which were evaluated."""
+    return replace(found, ours=[[lap for lap in laps if not lap.tolerance] for laps in found.ours])
+
+
 def _median(values: Sequence[float]) -> float | None:
     return float(np.median(values)) if values else None
 
@@ -118,7 +135,7 @@ def _told(times: Sequence[Time | None]) -> dict[str, Any]:
 def raw(found: Measured) -> dict[str, Any]:
     """Everything that was measured in one view, as JSON types."""
     return {
-        "ours": [[{"tolerance": t, "seconds": s, "error": e} for t, s, e in laps] for laps in found.ours],
+        "ours": [[asdict(lap) for lap in laps] for laps in found.ours],
         "mitsuba": [
             [
                 {"configuration": lap.way.name, "samples": lap.samples, "seconds": lap.seconds, "error": lap.error}

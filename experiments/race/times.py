@@ -15,6 +15,25 @@ STEEPEST, FLATTEST = -1.5, -0.4
 
 
 @dataclass(frozen=True)
+class OurLap:
+    """One image of ours.
+
+    Parameters
+    ----------
+    estimator : str
+    tolerance : float
+        Asked; 0 where none can be.
+    seconds, error : float
+        Wall time, and relative RMS error against the truth.
+    """
+
+    estimator: str
+    tolerance: float
+    seconds: float
+    error: float
+
+
+@dataclass(frozen=True)
 class Time:
     """Seconds to an error.
 
@@ -64,6 +83,6 @@ def fastest(target: float, laps: dict[str, list[tuple[float, float]]]) -> tuple[
     return min(known, key=lambda entry: entry[1].seconds) if known else None
 
 
-def seconds_of_ours(target: float, laps: Sequence[tuple[float, float]]) -> float | None:
+def fastest_of_ours(target: float, laps: Sequence[OurLap]) -> OurLap | None:
     """The shortest lap whose measured error is small enough; nothing is interpolated or extrapolated."""
-    return min((seconds for seconds, error in laps if error <= target), default=None)
+    return min((lap for lap in laps if lap.error <= target), key=lambda lap: lap.seconds, default=None)

@@ -44,7 +44,8 @@ def hidden(points: ShadingPoints, source: Source, at: Floats) -> Floats:
         d, weight, eye, at_infinity = _one_beam(points, source, u, v)
         reaching = np.flatnonzero((weight > 0) & (dot(points.normal, d) > 0))
         position, normal = points.position[:, reaching], points.normal[:, reaching]
-        seen = view.seen(position, points.ellipsoid[reaching], d[:, reaching], eye, at_infinity, normal)
+        own, outside = points.ellipsoid[reaching], points.outside[reaching]
+        seen = view.seen(position, own, d[:, reaching], eye, at_infinity, normal, outside)
         k = reaching[~seen]
         if k.size:
             lost = reflect(points.take(k), d[:, k, None], weight[k, None] / at.shape[1], source.glossy)

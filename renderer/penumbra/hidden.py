@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..bvh import morton
 from ..common_visibility import CommonVisibility
@@ -35,7 +36,14 @@ def shines_clear(source: Source) -> bool:
     return bool(min(frame.point(ends)[2].min(initial=1) for ends in (outline.start, outline.end)) > 0)
 
 
-def hidden_irradiance(source: Source, x: Floats, n: Floats, detail: int = 1, merge: int = 1) -> Floats:
+def hidden_irradiance(
+    source: Source,
+    x: Floats,
+    n: Floats,
+    detail: int = 1,
+    merge: int = 1,
+    outside: NDArray[np.bool_] | None = None,
+) -> Floats:
     """What the surface in the source's hierarchy keeps from points, for unit radiance.
 
     Parameters
@@ -48,6 +56,8 @@ def hidden_irradiance(source: Source, x: Floats, n: Floats, detail: int = 1, mer
         How much finer the strips are where layers overlap.
     merge : int
         How many of them are taken as one.
+    outside : (m,) bool, optional
+        See `ShadingPoints`.
 
     Returns
     -------
@@ -71,7 +81,8 @@ def hidden_irradiance(source: Source, x: Floats, n: Floats, detail: int = 1, mer
     for corner in np.unique(highest[highest >= 0]).tolist():
         # The rim is walked from the corner that is highest over the point's horizon.
         k = np.flatnonzero(highest == corner)
-        out[k] = _from_corner(view, LightFrame.turned(source.light, corner), x[:, k], n[:, k], detail, merge)
+        around = None if outside is None else outside[k]
+        out[k] = _from_corner(view, LightFrame.turned(source.light, corner), x[:, k], n[:, k], detail, merge, around)
     return out
 
 
@@ -80,7 +91,15 @@ def _candidates(outline: Outline, light: QuadLight) -> Candidates:
     return Candidates.of(outline, LightFrame.of(light))
 
 
-def _from_corner(view: CommonVisibility, frame: LightFrame, x: Floats, n: Floats, detail: int, merge: int) -> Floats:
+def _from_corner(
+    view: CommonVisibility,
+    frame: LightFrame,
+    x: Floats,
+    n: Floats,
+    detail: int,
+    merge: int,
+    outside: NDArray[np.bool_] | None,
+) -> Floats:
     """For points whose horizon is below the frame's first corner."""
     if view.outline is None:
         return np.zeros(x.shape[1])
@@ -90,7 +109,7 @@ def _from_corner(view: CommonVisibility, frame: LightFrame, x: Floats, n: Floats
     order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
     x, n = x[:, order], n[:, order]
     eye = column(frame.light.corner)
-    start = view.layers(x, eye - x, eye)
+    start = view.layers(x, eye - x, eye, None if outside is None else outside[order])
     out = np.zeros(x.shape[1])
     _blocks(everything, x, n, frame.point(x), start, frame, LEVELS, detail, merge, order, out)
     return out

@@ -50,5 +50,5 @@ def mesh_radiance(points: ShadingPoints, source: Source, finer: int = 1, merge: 
     out = quad_light(points, light, source.glossy)
     if points.count == 0:
         return out
-    lost = hidden_irradiance(source, points.position, points.normal, finer, merge)
+    lost = hidden_irradiance(source, points.position, points.normal, finer, merge, points.outside)
     return out - points.diffuse * (lost / math.pi) * colour(light)
