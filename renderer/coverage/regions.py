@@ -27,7 +27,7 @@ from .outlines import light_planes
 BLOCKS = (128, 64, 32, 16)
 """Pixels a side of the blocks whose triangles are looked up; small ones only where there are many triangles."""
 MANY = 200
-BIG = 4096
+BIG = 1024
 """Triangles beyond which rays are sorted into pixels instead."""
 NOTHING = -1
 MOST_PLANES = 16

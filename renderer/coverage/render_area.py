@@ -2,6 +2,7 @@
 
 Where the edges run is one question, how bright it is between them another. The first is answered exactly (see
 `bits`, `moments`), the second by as few evaluations as the tolerance allows (see `smooth`, `refine`).
+Where pixels show many faces each, both are sampled (see `crowded`).
 """
 
 from __future__ import annotations
@@ -15,23 +16,24 @@ import numpy as np
 from ..errors import InputError
 from ..estimators.protocol import Estimator
 from ..geometry import Ints
-from ..image import Image
+from ..image import Image, prepare
 from ..needs import LeftOut
 from ..scene import Scene
 from ..vectors import Floats
 from .bits import bits_of, cut_at_crossings
+from .crowded import is_crowded
 from .first_estimates import first_estimates, means
 from .moments import Edges, Pieces, pieces_of, visible_edges
 from .outlines import find_lines, searched
 from .refine import Items, refine
 from .regions import Regions
+from .render_crowded import render_crowded
+from .sampled import HALF_PLANE, Sampled, rays_in, resampled, shares_error
 from .shade import Palette, Shader, Work, palette_of, regions_of, surface_of
 from .smooth import WITHIN, Bools, error_bound, fill_centres, shifted
 
 EDGE = -2
 """Region of a pixel that an edge crosses."""
-SAMPLED = 8
-"""A side of the grid of rays in a pixel that cannot be cut exactly."""
 RUN = 16
 """Pixels of a row that one ray may speak for."""
 SHARE = 0.5
@@ -55,7 +57,7 @@ class AreaImage:
     evaluations : int
         Points shaded.
     pieces, sampled : int
-        Pieces of pixels with an edge; pixels whose regions were found by rays.
+        Pieces of pixels with an edge; pixels whose regions were found by rays, or that were sampled (see `crowded`).
     """
 
     image: Image
@@ -96,20 +98,25 @@ def render_area(
     """
     if not 0 < tolerance < 1:
         raise InputError("tolerance", tolerance, "a number in (0, 1)")
-    _, needs, regions = regions_of(scene, scene.digest(), everything)
+    geometry, needs = prepare(scene, everything)
     if estimator.is_random(needs):
         raise InputError("estimator", estimator.name, "one without noise in this scene, for pixels by area")
+    if is_crowded(geometry):
+        image, error, evaluations, busy = render_crowded(scene, estimator, tolerance, executor)
+        return AreaImage(image, error, tolerance, evaluations, 0, busy)
+    _, _, regions = regions_of(scene, scene.digest(), everything)
     shade = Shader(Work(scene, scene.digest(), estimator, everything), executor)
     palette = palette_of(scene, regions, needs)
-    edges, region, pieces, sampled = _cut(regions)
+    edges, region, pieces, sampled = _cut(regions, tolerance)
     base = _base(regions, palette, region, pieces, sampled, shade, tolerance)
     jumps = any(not source.has_extent and not source.blockers.none for source in needs.sources)
-    budget = (ROOM * tolerance) ** 2 * base.square - base.settled
+    budget = (ROOM * tolerance) ** 2 * base.square
+    budget = max(budget - base.settled, budget / 4)  # what cannot be mended is said, and the rest done
     rest = base.settled + refine(base.items, edges, regions, shade, budget, jumps)
     image = _assemble(scene, regions, palette, region, pieces, base, needs.left_out)
     error = math.sqrt(rest / base.square) if base.square > 0 else 0.0
     parts = int((~base.items.whole).sum())
-    return AreaImage(image, error, tolerance, shade.evaluations, parts, int(sampled.size))
+    return AreaImage(image, error, tolerance, shade.evaluations, parts, int(sampled.pixel.size))
 
 
 @dataclass(frozen=True)
@@ -132,7 +139,7 @@ class _Base:
     settled: float
 
 
-def _cut(regions: Regions) -> tuple[Edges, Ints, Pieces, Ints]:
+def _cut(regions: Regions, tolerance: float) -> tuple[Edges, Ints, Pieces, Sampled]:
     """Visible edges; the region of every pixel (EDGE where one passes); pieces; pixels found by rays."""
     width, height = regions.lens.width, regions.lens.height
     lines = find_lines(regions.geometry, regions.faces, regions.planes, regions.lens)
@@ -144,9 +151,10 @@ def _cut(regions: Regions) -> tuple[Edges, Ints, Pieces, Ints]:
     if _missed(region.reshape(height, width)).size:
         region = _whole_regions(regions, crossed, False)
     sampled = np.unique(np.concatenate((bad, crowded, _missed(region.reshape(height, width)))))
-    pieces = _resampled(pieces, sampled, regions)
+    rays = rays_in(sampled, width * height, tolerance)
+    pieces = resampled(pieces, sampled, rays, regions)
     region[sampled] = EDGE
-    return edges, region, pieces, sampled
+    return edges, region, pieces, Sampled(sampled, HALF_PLANE * rays.shape[1] ** -0.75)
 
 
 def _whole_regions(regions: Regions, crossed: Ints, runs: bool) -> Ints:
@@ -179,38 +187,12 @@ def _missed(region: Ints) -> Ints:
     return np.flatnonzero(wrong)
 
 
-def _resampled(pieces: Pieces, pixels: Ints, regions: Regions) -> Pieces:
-    """Pieces of the given pixels from a grid of rays instead."""
-    if pixels.size == 0:
-        return pieces
-    grid = SAMPLED
-    row, column = np.divmod(pixels, regions.lens.width)
-    v, u = (np.array(np.divmod(np.arange(grid * grid), grid)) + 0.5) / grid
-    x, y = column[:, None] + u, row[:, None] + v
-    seen = regions.seen(x.ravel(), y.ravel())
-    base = int(seen.max(initial=0)) + 2
-    key, inverse = np.unique(np.repeat(pixels, grid * grid) * base + seen + 1, return_inverse=True)
-    moments = (np.ones(seen.size), x.ravel(), y.ravel())
-    total, sx, sy = (np.bincount(inverse, m) for m in moments)
-    mx, my = sx / total, sy / total
-    du, dv = x.ravel() - mx[inverse], y.ravel() - my[inverse]
-    covariance = np.stack([np.bincount(inverse, product) / total for product in (du * du, du * dv, dv * dv)])
-    kept = np.flatnonzero(~np.isin(pieces.cell, pixels))
-    found = Pieces(key // base, key % base - 1, total / grid**2, mx, my, covariance)
-    return Pieces(
-        *(
-            np.concatenate((getattr(pieces, n)[..., kept], getattr(found, n)), axis=-1)
-            for n in found.__dataclass_fields__
-        )
-    )
-
-
 def _base(
     regions: Regions,
     palette: Palette,
     region: Ints,
     pieces: Pieces,
-    sampled: Ints,
+    sampled: Sampled,
     shade: Shader,
     tolerance: float,
 ) -> _Base:
@@ -246,7 +228,7 @@ def _base(
         total, fillable, pixel[lone], which[lone], x[lone], y[lone], mean.sum(axis=0)[lone]
     )
     hidden = regions.seen(pieces.x[mine], pieces.y[mine]) != pieces.region[mine]
-    doubtful = hidden | np.isin(pieces.cell[mine], sampled) | _junction(pieces)[mine]
+    doubtful = hidden | np.isin(pieces.cell[mine], sampled.pixel) | _junction(pieces)[mine]
     rough = np.concatenate((np.zeros(full.size, dtype=bool), doubtful))
     area = np.concatenate((np.ones(full.size), pieces.area[mine]))
     # A dark value proves nothing where it is doubtful: what is beside it may be the truth of half the piece.
@@ -265,7 +247,8 @@ def _base(
     )
     image[:, fillable == EDGE] = 0
     square = float(np.einsum("chw,chw->", image, image)) + float(((piece_value * pieces.area[mine]) ** 2).sum())
-    return _Base(items, image, square, float((bound[smooth] ** 2).sum()))
+    settled = float((bound[smooth] ** 2).sum()) + shares_error(pieces.cell[mine], piece_value, sampled)
+    return _Base(items, image, square, settled)
 
 
 def _junction(pieces: Pieces) -> Bools:

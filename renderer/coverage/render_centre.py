@@ -95,26 +95,26 @@ def render_centre(
         raise InputError("estimator", estimator.name, "one without noise in this scene, for interpolation")
     height, width = scene.height, scene.width
     view = look(scene, geometry, *pixel_centres(range(width), range(height)))
-    work, evaluated = _Work(scene, estimator), 0
+    evaluated = 0
 
     def evaluate(index: Ints) -> Floats:
         nonlocal evaluated
         evaluated += index.size
-        return _spread(work, index, width, executor)
+        return work_on(scene, estimator, index, executor)
 
     def allowed(first: Floats) -> float:
         return tolerance * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
 
-    centre, bound, _ = fill_centres(_planes(view).reshape(height, width), evaluate, allowed)
+    centre, bound, _ = fill_centres(planes(view).reshape(height, width), evaluate, allowed)
     mean = np.where(np.isfinite(centre), centre, 0.0) + view.emission.reshape(3, height, width)
     square = float((np.where(np.isfinite(centre), centre, 0.0) ** 2).sum())
     error = math.sqrt(float((bound**2).sum()) / square) if square > 0 else 0.0
     back = int(view.back.sum())
     emitter, background = (v.reshape(height, width).astype(float) for v in (view.emitter, view.background))
-    return CentreImage(_image(mean, emitter, background, back), error, tolerance, evaluated)
+    return CentreImage(still_image(mean, emitter, background, back), error, tolerance, evaluated)
 
 
-def _planes(view: View) -> Ints:
+def planes(view: View) -> Ints:
     """A number (n,) for each plane of each surface that reflects; -1 for pixels that do not."""
     found = np.full(view.background.size, -1)
     points, k = view.points, view.lit
@@ -128,7 +128,9 @@ def _planes(view: View) -> Ints:
     return found
 
 
-def _spread(work: _Work, index: Ints, width: int, executor: Executor | None) -> Floats:
+def work_on(scene: Scene, estimator: Estimator, index: Ints, executor: Executor | None) -> Floats:
+    """Reflected radiance (3, n) at the centres of pixels (n,) that reflect."""
+    work, width = _Work(scene, estimator), scene.width
     row, column = np.divmod(index, width)
     order = np.lexsort((column, row // STRIP))
     size = min(max(-(-index.size // 4), SMALLEST), LARGEST)
@@ -140,7 +142,8 @@ def _spread(work: _Work, index: Ints, width: int, executor: Executor | None) -> 
     return out
 
 
-def _image(mean: Floats, emitter: Floats, background: Floats, back: int) -> Image:
+def still_image(mean: Floats, emitter: Floats, background: Floats, back: int) -> Image:
+    """An image without noise: radiance (3, h, w), shares of emitters and background (h, w), pixels of backs."""
     zero = np.zeros_like(emitter)
     shaded: Bools = (emitter == 0) & (background == 0)
     return Image(

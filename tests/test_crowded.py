@@ -1,0 +1,76 @@
+"""Pixels by area in scenes of big meshes: sampled with the light where small triangles are seen."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from builders import scene
+from test_coverage import relative
+
+from experiments.race.scenes import bumpy_ball_scene
+from renderer import camera, view
+from renderer.coverage import crowded, render_area
+from renderer.estimators import Exact
+from renderer.image import prepare
+from renderer.shadows import small_triangles
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return bumpy_ball_scene().with_(width=40, height=40)
+
+
+@pytest.fixture
+def sampled(monkeypatch):
+    """As if two thousand triangles were many."""
+    monkeypatch.setattr(crowded, "MANY", 1000)
+
+
+def test_all_pixels_that_see_a_small_triangle_are_touched(ball):
+    geometry, _ = prepare(ball)
+    tree = small_triangles(geometry)
+    found = crowded.touched(ball, geometry)
+    x, y = camera.pixel_centres(range(40), range(40))
+    for u, v in np.random.default_rng(1).random((16, 2)) - 0.5:
+        seen = np.isin(view.look(ball, geometry, x + u, y + v).hits.triangle, tree.triangles)
+        assert seen.sum() > 100
+        assert found.ravel()[seen].all()
+    assert found.mean() < 0.5
+    assert not crowded.touched(scene(), prepare(scene())[0]).any()
+
+
+def test_the_error_estimated_holds_against_pixels_that_were_cut(ball, sampled):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(crowded, "MANY", 20_000)
+        truth = render_area(ball, Exact(), tolerance=1e-3)
+        assert truth.pieces > 1000
+    judged = (truth.image.emitter == 0) & (truth.image.background < 1)
+    errors = []
+    for tolerance in (2e-2, 5e-3):
+        found = render_area(ball, Exact(), tolerance=tolerance)
+        assert found.pieces == 0  # the fixture
+        assert found.error <= tolerance
+        error = relative(found.image.mean, truth.image.mean, judged)
+        # The estimate is of hundreds of pixels: a quarter of it is many standard errors; the truth's own error beside.
+        assert error <= 1.25 * found.error + 1e-3
+        assert np.allclose(found.image.background, truth.image.background, atol=0.2)
+        errors.append(error)
+    assert errors[1] < errors[0] / 2
+
+
+def test_a_wrong_light_is_seen(ball, sampled, monkeypatch):
+    """The planted defect: nothing is hidden in what is sampled."""
+    right = render_area(ball, Exact(), tolerance=2e-2).image.mean
+    monkeypatch.setattr(crowded, "hidden", lambda points, source, at: np.zeros((3, points.count)))
+    wrong = render_area(ball, Exact(), tolerance=2e-2).image.mean
+    assert relative(wrong, right, np.ones(right.shape[1:], dtype=bool)) > 5e-2
+
+
+def test_the_executor_changes_no_bit(ball, sampled):
+    here = render_area(ball, Exact(), tolerance=1e-2)
+    with ThreadPoolExecutor(3) as pool:
+        there = render_area(ball, Exact(), tolerance=1e-2, executor=pool)
+    assert np.array_equal(here.image.mean, there.image.mean)
+    assert here.evaluations == there.evaluations
