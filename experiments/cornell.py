@@ -15,14 +15,14 @@ SAMPLES = 25
 
 
 def jobs(settings: Settings) -> list[Job]:
-    width, margin = (120, 0.01) if settings.quick else (480, 1e-3)
-    scenes = settings.chosen(CORNELL.scenes)
+    width, samples, margin = (200, 9, 0.01) if settings.quick else (480, SAMPLES, 1e-3)
+    scenes = settings.chosen(CORNELL.scenes[:1] if settings.quick else CORNELL.scenes)
     return [
         Job(
             verdict,
             {
                 "scene": small(scene, width),
-                "estimator": Area(samples=SAMPLES, stratified=True),
+                "estimator": Area(samples=samples, stratified=True),
                 "margin": margin,
                 "seed": settings.seed_of(scene.name),
                 "rows": len(scenes),

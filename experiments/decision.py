@@ -9,15 +9,30 @@ Word = Literal["agrees", "differs", "undecided"]
 
 
 def decide(
-    interval: tuple[float, float], margin: float, failures: list[str], objection: str = ""
+    interval: tuple[float, float], margin: float, failures: list[str], objection: str = "", unseen: str = ""
 ) -> tuple[Word, str, float | None]:
-    """The word, its reason, and for `undecided` how many times the samples would decide (None: none would)."""
+    """The word, its reason, and for `undecided` how many times the samples would decide (None: none would).
+
+    Parameters
+    ----------
+    interval : (low, high)
+        Of the relative bias.
+    margin : float
+    failures : list of str
+        What differs beside the bias.
+    objection : str
+        Why the interval may not hold; more samples may answer it.
+    unseen : str
+        Why the pixels judged may not stand for the image; no samples answer that.
+    """
     low, high = interval
     where = f"the bias lies in [{low:+.3%}, {high:+.3%}]"
     if low > margin or high < -margin:
         failures = [f"{where}, outside the margin of {margin:.3%}", *failures]
     if failures:
         return "differs", "; ".join(failures), None
+    if unseen:
+        return "undecided", unseen, None
     if objection:
         return "undecided", objection, 2.0
     if -margin <= low and high <= margin:

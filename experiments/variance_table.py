@@ -221,7 +221,7 @@ def scene_job(scene: Scene, samples: tuple[int, ...], seed: int) -> Outcome:
 def jobs(settings: Settings) -> list[Job]:
     """A scene each, one at a time: they are timed."""
     chosen = settings.scenes or (SCENES[1:3] if settings.quick else SCENES)
-    samples, width = (SAMPLES[:3], WIDTH // 2) if settings.quick else (SAMPLES, WIDTH)
+    samples, width = (SAMPLES[:2], WIDTH // 2) if settings.quick else (SAMPLES, WIDTH)
     return [
         Job(scene_job, {"scene": small(name, width), "samples": samples, "seed": settings.seed}, alone=True)
         for name in chosen

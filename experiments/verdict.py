@@ -33,7 +33,7 @@ from .inference import (
     resting_on,
     tile_biases,
 )
-from .plain_pixels import ROUNDING, exact_failures, pixel_counts, shaded_on_both, still_failures
+from .plain_pixels import ROUNDING, exact_failures, pixel_counts, shaded_on_both, still_failures, too_many_unjudged
 from .spreads import Ratio, pass_spread, variance_ratio
 
 TILE_MARGIN = 10
@@ -144,7 +144,7 @@ def judge(
     failures += still_failures(ours, reference, judged, TILE_MARGIN * margin + ROUNDING, scale)
     reach = bias.half_width(level.pooled, normal=not objection) / scale + ROUNDING
     interval = (bias.value / scale - reach, bias.value / scale + reach)
-    word, reason, more = decide(interval, margin, failures, objection)
+    word, reason, more = decide(interval, margin, failures, objection, too_many_unjudged(ours))
     root, roots = _denoised(ours, reference, judged, passes, level)
     one = (ours.first - reference.mean).mean(axis=0)[judged] if judged.any() else np.zeros(1)
     rms = math.sqrt(float((one**2).mean()))

@@ -8,10 +8,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from experiments.catalogue import load
 from experiments.decision import decide
 from experiments.earned import FEWEST, PASSES, Side, is_heavy
 from experiments.inference import Bias, Level, pooled_bias, welch
+from experiments.plain_pixels import too_many_unjudged
+from experiments.runs.measure import small
 from experiments.spreads import log_ratio_error, pass_spread, variance_ratio
+from mitsuba_bridge.tolerance import ray_tolerance
+from renderer.estimators import Area
+from renderer.image import render
 
 FALSE_ALARM = 1e-6
 
@@ -129,6 +135,25 @@ def test_words():
     assert more == 6  # 1.3 (2/1)^2, rounded up
     assert f"{more:.0f} times the samples" in reason
     assert decide((0.0005, 0.0015), 1e-3, [])[2] is None  # on the margin
+
+
+def test_pixels_on_edges_leave_a_row_undecided_and_hide_no_defect():
+    """A small image of a room whose corners pass through pixel centres is not wrong: it shows too little."""
+    agreeing = (-0.0005, 0.0004)
+    assert decide(agreeing, 1e-3, [], "few passes", "24 of 14204 ...") == ("undecided", "24 of 14204 ...", None)
+    assert decide((0.0011, 0.002), 1e-3, [], unseen="24 of 14204 ...")[0] == "differs"
+    assert decide(agreeing, 1e-3, ["a tile"], unseen="24 of 14204 ...")[0] == "differs"
+
+
+def test_few_pixels_have_their_share_on_edges():
+    """The same room: 480 pixels wide it can be judged, 120 wide it cannot."""
+
+    def told(width: int) -> str:
+        scene = small(load("cornell"), width)
+        return too_many_unjudged(render(scene, Area(samples=1), tolerance=ray_tolerance(scene)))
+
+    assert told(480) == ""
+    assert "lie within rounding of an edge" in told(120)
 
 
 def test_the_advised_samples_decide():
