@@ -52,7 +52,7 @@ def run(
     Parameters
     ----------
     side, count : int, optional
-        Pixels high, and cameras a scene, instead of 256 (48 if quick) and 5 (1; with a big mesh too).
+        Pixels high, and cameras a scene, instead of 256 (64 if quick) and 5 (1; with a big mesh too).
 
     Raises
     ------
@@ -62,7 +62,7 @@ def run(
     rows: list[Row] = []
     measured: dict[str, list[Measured]] = {}
     for name in scenes:
-        scene = race_scene(name, side or (48 if quick else 256))
+        scene = race_scene(name, side or (64 if quick else 256))
         estimator = noise_free(scene)
         big = sum(mesh.triangles.shape[1] for mesh in scene.meshes) > BIG
         plans = plan or (QUICK if quick else PLAN_BIG if big else Plan())
