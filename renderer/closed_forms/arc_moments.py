@@ -191,14 +191,15 @@ def nodes_needed(k: Panels) -> tuple[Floats, Floats, Floats]:
         log_m2 = there + np.where(fall < 2 * bulge, bulge + fall * fall / np.maximum(4 * bulge, 1e-30), fall)
         log_m = np.where((least > 0) & (log_m2 < log_m), log_m2, log_m)
         # A whole exponent has no branch at t = 0: |cos| <= cosh(b), and |1 + t| >= 2/3 as far as 1.84.
-        whole = ~tail & (k.s == np.floor(k.s)) & (a2 >= (np.pi / 2) ** 2) & (a2 < 3.38) & (b2 < 0.25)
-        log_m = np.where(whole, base + k.s / 2 * b2, log_m)
+        whole = (k.s == np.floor(k.s)) & (a2 >= (np.pi / 2) ** 2) & (a2 < 3.38) & (b2 < 0.25)
+        # And |cos z| <= |z - pi/2| cosh(b), largest at the ellipse's far end.
+        zero = base + k.s * np.log((np.abs(np.pi / 2 - k.middle) + k.half * c) * np.cosh(k.half * s))
+        log_m = np.where(whole, np.minimum(base + k.s / 2 * b2, zero), log_m)
         m = np.exp(np.minimum(log_m, 600.0))
         gap = np.maximum(pole_c - c, 1e-6)
-        # |sin x - sin y| >= 0.6 |x - y| here, and twice: 1 - t^2 has two poles' factors.
-        inverse = np.where(
-            tail, m / np.maximum(0.36 * (k.c * k.half * gap) ** 2, 1e-30), (1.5 * k.s + 1) * np.maximum(m, 1)
-        )
+        # |sin x - sin y| >= 0.6 |x - y| here, 0.5 as far as 1.84, and twice: 1 - t^2 has two poles' factors.
+        poles = np.where(whole, 0.25, 0.36) * (k.c * k.half * gap) ** 2
+        inverse = np.where(tail, m / np.maximum(poles, 1e-30), (1.5 * k.s + 1) * np.maximum(m, 1))
         error = 64 / 15 / (1 - r**-2) * k.half * (k.weight1 * m + k.weight2 * inverse)
         fits = (
             ((a2 < (np.pi / 2) ** 2) | (k.s == 0) | whole) & (b2 < 4) & (~tail | (pole_c > 1.02 * c))
