@@ -13,7 +13,7 @@ from renderer.estimators import Area, Estimator, Exact
 
 MARGIN = 2e-3
 SAMPLES = 25
-WIDE = 1000
+WIDE = 320
 """Pixels: no scene is made wider."""
 
 

@@ -1,4 +1,4 @@
-"""Errors of our own images against the closed form, or against many samples where something blocks.
+"""Errors of our own images against the closed form, exact shadows, or many samples where neither holds.
 
 A pixel is the unit: its channels are averaged first. Only shaded pixels count.
 """
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from renderer.estimators import Analytic, ControlVariate, Estimator
+from renderer.estimators import Analytic, ControlVariate, Estimator, Exact
 from renderer.image import prepare, render
 from renderer.scene import Scene
 from renderer.vectors import Floats
@@ -53,13 +53,14 @@ def small(scene: Scene, width: int) -> Scene:
 
 
 def truth_of(scene: Scene, seed: int, samples: int = 1024, passes: int = 4) -> Truth:
-    """The closed form where nothing blocks, else the mean of a control variate's passes."""
-    estimator: Estimator = Analytic()
+    """The closed form where nothing blocks, exact shadows where they are, else a control variate's passes."""
     _, needs = prepare(scene)
-    if needs.visibility:
+    estimator: Estimator = Exact() if needs.visibility else Analytic()
+    name = "exact shadows" if needs.visibility else "closed form"
+    if needs.visibility and (scene.spp > 1 or estimator.claim(needs) != "exact" or estimator.is_random(needs)):
         estimator = ControlVariate(samples=samples, stratified=True)
+        name = f"{estimator.name} {samples} x {passes}"
     image = render(scene, estimator, seed=seed, passes=passes)
-    name = f"{estimator.name} {samples} x {passes}" if needs.visibility else "closed form"
     return Truth(image.mean, image.pixel_variance / passes, image.shaded, name)
 
 
