@@ -27,7 +27,7 @@ GOOD = 0.01
 """A bound above which no value is given."""
 FAR = 1e-25
 """Depth, over the size of things, of what lies on the lobe's horizon."""
-FALL = 60.0
+FALL = 46.0
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def _rim(patch: Patch, s: Floats) -> Floats:
         size = np.sqrt(dot(v, v))
         t = np.where(there, ratio(start.heights[1], size * length), 0.0)
         deepest, most = np.where(t > most, unit(v), deepest), np.maximum(t, most)
-    return np.asarray(w - deepest * (most * length * np.exp(-(FALL + 2 * np.log1p(s)) / (s + 0.5))))
+    return np.asarray(w - deepest * (most * length * np.exp(-(FALL + 2 * np.log1p(s)) / (s + 1))))
 
 
 def _fan(patch: Patch, volume: Floats, s: Floats) -> tuple[Floats, Floats, Floats]:

@@ -155,9 +155,12 @@ class Patch:
         up, down = above.heights[plane], below.heights[plane]
         fall = up - down
         ds, dt = dd.subtract(below.s, above.s), dd.subtract(below.t, above.t)
-        share, left = dd.exact(np.zeros_like(up)), up
+        nought, one = dd.exact(np.zeros_like(up)), dd.exact(np.ones_like(up))
+        share, left = nought, up
         for _ in range(2):  # the second time for the height that the rounding of the first left over
             share = dd.add(share, dd.exact(np.divide(left, fall, out=np.zeros_like(up), where=there)))
+            # An edge that lies in the plane has heights of rounding errors: its crossing is not to leave it.
+            share = dd.where(dd.value(share) < 0, nought, dd.where(dd.value(share) > 1, one, share))
             found = self.corner(dd.add(above.s, dd.multiply(share, ds)), dd.add(above.t, dd.multiply(share, dt)))
             left = found.heights[plane]
         heights = tuple(0 * z if k == plane else z for k, z in enumerate(found.heights))

@@ -38,7 +38,7 @@ FALL = 40.0
 BLOCK = 256
 """Panels at once: their nodes fit into the cache."""
 FRACTIONAL = 12.0
-"""Below this exponent (1-y)^s, y near 1, is no polynomial to Gauss-Legendre: its panel is graded."""
+"""Below this exponent, unless it is whole, (1-y)^s near y = 1 is no polynomial to Gauss-Legendre: a panel is graded."""
 GRADE, GRADED_NODES = 6, 30
 
 
@@ -109,7 +109,7 @@ def integrate(sectors: Sectors, count: int) -> tuple[Floats, Floats]:
     low = np.arcsinh((k.start - centre) / m)
     reach = _stretch((k.start - centre) / m, (k.stop - centre) / m, k.length / m)
     pieces = np.maximum(np.ceil(reach / PANEL), 1).astype(np.int64)
-    graded = (k.exponent > 0) & (k.exponent < FRACTIONAL)
+    graded = (k.exponent < FRACTIONAL) & (k.exponent != np.floor(k.exponent))
     for grading in (False, True):
         one_sort = graded == grading
         sector = np.repeat(np.flatnonzero(one_sort), pieces[one_sort])
