@@ -32,7 +32,7 @@ from renderer.scene import Scene
 from renderer.vectors import Floats
 
 SCENES = ("quad-stratified", "three-lights", "cornell-boxes", "glossy")
-SAMPLES = (4, 16, 64, 256)
+SAMPLES = (4, 16, 64)
 PASSES = 8
 WIDTH = 64
 LEVEL = 1e-2

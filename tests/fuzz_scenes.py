@@ -71,7 +71,7 @@ def _mutate(lines: list[bytes], rng: np.random.Generator) -> None:
         changed[int(rng.integers(len(changed)))] = int(rng.integers(256))
         lines[at] = bytes(changed)
     elif kind == 7:
-        lines[at] = lines[at] * int(rng.integers(1, 2000))
+        lines[at] = (lines[at] * int(rng.integers(1, 2000)))[:LONGEST]
     elif kind == 8:
         lines[at:at] = [_line(rng)] * int(rng.integers(1, 500))
 
@@ -140,6 +140,7 @@ def main() -> int:
             counts.update(done["counts"])
             slowest = max(slowest, done["slowest"])
             failures += done["failures"]
+            print(f"\r{sum(counts.values()):,} inputs, {len(failures)} failures", end="", file=sys.stderr)
     print(json.dumps({"counts": dict(counts), "slowest_seconds": slowest, "failures": failures[:5]}, indent=1))
     return 1 if failures or not counts else 0
 
