@@ -52,7 +52,7 @@ def run(
     Parameters
     ----------
     side, count : int, optional
-        Pixels high, and cameras a scene, instead of 256 (64 if quick) and 5 (1; with a big mesh too).
+        Pixels high, and cameras a scene, instead of 256 (64 if quick) and 3 (1; with a big mesh too).
 
     Raises
     ------
@@ -74,7 +74,7 @@ def run(
                 rows += [_without(name, rule, target, DEAR) for target in TARGETS]
                 continue
             found = measured[f"{name}/{rule}"] = []
-            for number, view in enumerate(views(scene, count or (1 if quick or big else 5))):
+            for number, view in enumerate(views(scene, count or (1 if quick or big else 3))):
                 if progress:
                     progress(f"{view.name}, {rule}")
                 workers = found[0].workers if found else None
