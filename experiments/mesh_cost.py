@@ -77,7 +77,7 @@ def jobs(settings: Settings) -> list[Job]:
     asked = [("triangles", *COMMON, count, small) for count in counts]
     asked += [("pixels", *COMMON, few, side) for side in sides]
     asked += [("triangles", *EXACT, count, small // 2) for count in counts]
-    asked += [("pixels", *EXACT, few, side) for side in sides[:3]]
+    asked += [("pixels", *EXACT, few, side // 2) for side in sides[:3]]
     if not settings.quick:
         asked.append(("memory", *COMMON, *BIGGEST))
     names = ("series", "estimator", "samples", "triangles", "side")

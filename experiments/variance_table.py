@@ -70,12 +70,25 @@ def methods(samples: int) -> list[Method]:
 
 @dataclass(frozen=True)
 class Measured:
-    """Passes of one method: mean and variance per judged pixel, pass means, seconds of each pass."""
+    """Passes of one method.
+
+    Parameters
+    ----------
+    mean, variance : (n,) float64
+        Of each judged pixel.
+    pass_means, squares : (r,) float64
+        Each pass's mean over the pixels, and its mean square about the pixels' means: an estimate of the variance.
+    seconds : (r,) float64
+    common : bool
+        Whether pixels share their light points: then only whole passes are independent.
+    """
 
     mean: Floats
     variance: Floats
     pass_means: Floats
+    squares: Floats
     seconds: Floats
+    common: bool = False
 
 
 def measure_ours(scene: Scene, estimator: Estimator, judged: Bools, seed: int, passes: int) -> Measured:
@@ -89,14 +102,21 @@ def measure_ours(scene: Scene, estimator: Estimator, judged: Bools, seed: int, p
         image: Image = render(scene, estimator, seed=seed + 1 + number)
         seconds.append(time.perf_counter() - started)
         images.append(image.mean.mean(axis=0)[judged])
-    stack = np.array(images)
-    variance = stack.var(axis=0, ddof=1) if count > 1 else np.zeros(stack.shape[1])
-    return Measured(stack.mean(axis=0), variance, stack.mean(axis=1), np.array(seconds))
+    return measured_of(np.array(images), np.array(seconds), bool(getattr(estimator, "common", False)))
+
+
+def measured_of(passes: Floats, seconds: Floats, common: bool) -> Measured:
+    """From passes (r, n) over the judged pixels."""
+    mean, free = passes.mean(axis=0), max(len(passes) - 1, 1)
+    off = (passes - mean) ** 2
+    squares, variance = off.mean(axis=1) * len(passes) / free, off.sum(axis=0) / free
+    return Measured(mean, variance, passes.mean(axis=1), squares, seconds, common)
 
 
 def of_mitsuba(spread: Spread, judged: Bools) -> Measured:
     """Mitsuba's passes; the first, which compiles, is left out of the times."""
-    return Measured(spread.mean[judged], spread.variance[judged], spread.pass_means, spread.seconds[1:])
+    mean, variance = spread.mean[judged], spread.variance[judged]
+    return Measured(mean, variance, spread.pass_means, np.full(1, variance.mean()), spread.seconds[1:])
 
 
 def row_of(scene: Scene, method: Method, found: Measured, reference: Reference, judged: Bools) -> dict[str, Any]:
@@ -104,9 +124,9 @@ def row_of(scene: Scene, method: Method, found: Measured, reference: Reference, 
     truth = reference.mean.mean(axis=0)[judged]
     scale = float(truth.mean())
     passes, count = found.pass_means.size, found.variance.size
-    bias = pooled_bias(found.mean - truth, found.variance / passes, reference.pass_means)
+    bias = bias_of(found, truth, reference.pass_means)
     variance = float(found.variance.mean())
-    low, high = _variance_interval(found.variance)
+    low, high = variance_interval(found)
     square = float(((found.mean - truth) ** 2).mean()) - float((reference.pixel_standard_error[judged] ** 2).mean())
     rms = math.sqrt(max(square - variance / passes + variance, 0.0))  # of one pass: its bias and its variance
     seconds = float(np.median(found.seconds))
@@ -133,18 +153,28 @@ def row_of(scene: Scene, method: Method, found: Measured, reference: Reference, 
     }
 
 
+def bias_of(found: Measured, truth: Floats, reference_passes: Floats) -> Bias:
+    """Over the judged pixels (n,)."""
+    ours = found.pass_means if found.common else None
+    return pooled_bias(found.mean - truth, found.variance / found.pass_means.size, reference_passes, ours)
+
+
 def _holds(claim: str, bias: Bias) -> bool:
     """Whether no bias is seen, at 1e-6, where none is claimed; the verdict on a margin is the main job's."""
     return claim in ("biased", "consistent") or abs(bias.value) <= bias.half_width(1e-6)
 
 
-def _variance_interval(variance: Floats) -> tuple[float, float]:
-    """Of the mean variance over pixels (n,), each an estimate: by the spread over pixels, on a logarithmic scale."""
-    mean = float(variance.mean())
+def variance_interval(found: Measured) -> tuple[float, float]:
+    """Of the mean variance over pixels, on a logarithmic scale.
+
+    By the spread over pixels, each an estimate; where pixels share their light points, by the spread over passes.
+    """
+    parts, free = (found.squares, found.squares.size - 1.0) if found.common else (found.variance, 0.0)
+    mean = float(parts.mean())
     if mean == 0:
         return 0.0, 0.0
-    error = float(variance.std(ddof=1)) / mean / math.sqrt(variance.size)
-    reach = float(stats.t.isf(LEVEL / 2, max(freedom_of(variance) - 1, 1))) * error
+    error = float(parts.std(ddof=1)) / mean / math.sqrt(parts.size)
+    reach = float(stats.t.isf(LEVEL / 2, max(free or freedom_of(parts) - 1, 1.0))) * error
     return mean * math.exp(-reach), mean * math.exp(reach)
 
 

@@ -13,7 +13,7 @@ from experiments.defects.catalogue import CONTROLS, DEFECTS, RIGHT, Control
 from experiments.defects.gates import pictures_differ, pixels_differ
 from experiments.inference import Level
 from experiments.planted_defects import Truths, as_image, as_reference, find, hardness_table, hold
-from experiments.variance_table import add_slopes, mark_ties, markdown
+from experiments.variance_table import add_slopes, bias_of, mark_ties, markdown, measured_of, variance_interval
 from renderer.image import render
 
 LEVEL = Level(1e-3, 10)
@@ -109,3 +109,17 @@ def test_slopes_and_ties_of_the_variance_table():
     assert rows[3]["slope"] is None
     assert [row["best"] for row in rows] == [True, True, True, True, False]  # a and b overlap, c does not
     assert len(markdown(rows).splitlines()) == 2 + len(rows)
+
+
+def test_intervals_of_the_variance_table_hold_where_pixels_share_their_noise():
+    # 500 tables of 8 passes, all noise common to 400 pixels. At most 1e-6 of such tests fail by chance.
+    rng, truth = np.random.default_rng(0), np.full(400, 2.0)
+    misses = {common: np.zeros(2) for common in (True, False)}
+    for noise in rng.normal(size=(500, 8, 1)):
+        for common, missed in misses.items():
+            found = measured_of(truth + noise + 1e-3 * rng.normal(size=(8, 400)), np.ones(8), common)
+            bias, (low, high) = bias_of(found, truth, np.full(1, 2.0)), variance_interval(found)
+            missed += abs(bias.value) > bias.half_width(0.01), not low < 1.0 < high
+    assert misses[True][0] <= stats.binom.isf(1e-6, 500, 0.01)
+    assert misses[False][0] > 250
+    assert misses[True][1] < misses[False][1] / 4
