@@ -28,20 +28,24 @@ def find_inside(folder: Path, name: str) -> Path:
     Raises
     ------
     InputError
-        For an absolute name, ``..``, a link anywhere on the way, or what is not a regular file.
+        For an absolute name, ``..``, a link anywhere on the way, what is not a regular file, or what cannot be looked
+        at: a name that is too long, a folder that may not be entered.
     """
     parts = Path(name).parts
     if not parts or Path(name).is_absolute() or ".." in parts or "\\" in name or ":" in name or not name.isprintable():
         raise InputError("mesh", name, "a file name relative to the scene's folder, without ..")
     path = folder
-    for part in parts:
-        path = path / part
-        if path.is_symlink():
-            raise InputError("mesh", name, "a file that is reached through no link")
-    if not path.is_file():
+    try:
+        for part in parts:
+            path = path / part
+            if path.is_symlink():
+                raise InputError("mesh", name, "a file that is reached through no link")
+        if path.is_file():
+            return path
         found = "a folder" if path.is_dir() else "not a regular file" if path.exists() else "missing"
-        raise InputError("mesh", f"{name}, {found}", "a regular file in the scene's folder")
-    return path
+    except OSError as error:
+        raise InputError("mesh", name, f"a file that can be looked at ({error.strerror})") from None
+    raise InputError("mesh", f"{name}, {found}", "a regular file in the scene's folder")
 
 
 def read_mesh_file(path: Path) -> Surface:
