@@ -174,7 +174,7 @@ def test_a_mesh_file_lies_below_its_scene_and_behind_no_link(tmp_path, name):
 @pytest.mark.parametrize("name", ["9" * 400, "9" * 40_000, "/".join(["ab"] * 5000)])
 def test_a_mesh_whose_name_no_file_can_have_is_one_clear_error(tmp_path, name):
     (tmp_path / "a.test").write_text(f"size 8 8\ncamera 0 0 3 0 0 0 0 1 0 45\nmesh {name}\n")
-    with pytest.raises(InputError, match="mesh = .*expected a file"):
+    with pytest.raises(InputError, match=r"mesh = .*expected a file"):
         read_scene(tmp_path / "a.test")
 
 
