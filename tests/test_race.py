@@ -38,8 +38,8 @@ def test_rows_say_who_took_how_long(raced):
     for row in rows:
         assert row["as_claimed"] is True
         assert row["ours"]["seconds"] > 0
-        low, high = row["ratio_interval"]
-        assert 0 < low <= row["ratio"] <= high
+        assert row["ratio"] > 0
+        assert row["ratio_interval"] is None  # one camera, one round: nothing to spread
     assert rows[2]["lower_bound_only"]  # 16 samples are far from 1e-4, and a decade is all that is extrapolated
 
 

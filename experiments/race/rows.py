@@ -69,8 +69,8 @@ def finalists(found: Measured) -> tuple[Way, ...]:
 def row(scene: str, rule: str, target: float, estimator: str, views: Sequence[Measured]) -> dict[str, Any]:
     """One row over all views of a scene.
 
-    The ratio is the median over views and rounds, its interval from the smallest to the largest of them. It is a
-    lower bound where one of the times it rests on is.
+    The ratio is the median over views and rounds, its interval from the smallest to the largest of them, none where
+    there is but one. It is a lower bound where one of the times it rests on is.
     """
     rounds = [(_round(found, n, target)) for found in views for n in range(len(found.ours))]
     known = [entry for entry in rounds if entry["ours"] and entry["best"]]
@@ -100,7 +100,7 @@ def row(scene: str, rule: str, target: float, estimator: str, views: Sequence[Me
         },
         "mitsuba_default": _told([entry["default"] for entry in known]),
         "ratio": _median(ratios) if complete else None,
-        "ratio_interval": [min(ratios), max(ratios)] if complete else None,
+        "ratio_interval": [min(ratios), max(ratios)] if complete and len(ratios) > 1 else None,
         "lower_bound_only": any(entry["best"][1].bound for entry in known),
         "goal": goal,
         "within_goal": None if goal is None or not complete else bool(min(ratios) >= goal),
