@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 import time
 from pathlib import Path
@@ -40,9 +41,10 @@ def room(tmp_path) -> Path:
 
 
 def call(script: str, *, timeout: float = 60.0, words: str = "{output} {seed} {samples}") -> Program:
-    return Program(f"{sys.executable} -c '{script}' {words}", ".npy", timeout)
+    return Program(f"{PYTHON} -c '{script}' {words}", ".npy", timeout)
 
 
+PYTHON = shlex.quote(sys.executable)
 WRITE = "import sys, numpy as np; np.save(sys.argv[1], np.full((36, 48, 3), float(sys.argv[2])))"
 
 
@@ -74,7 +76,7 @@ def test_a_program_that_hangs_is_ended_with_all_it_started(room, tmp_path):
     path = tmp_path / "hang.py"
     path.write_text(script)
     started = time.monotonic()
-    program = Program(f"{sys.executable} {path} {{output}}", ".npy", 1.0)
+    program = Program(f"{PYTHON} {shlex.quote(str(path))} {{output}}", ".npy", 1.0)
     with Renderer(program, ROOM, str(room)) as renderer, pytest.raises(ProgramFailed, match="more than 1 s"):
         renderer.run(9, 1)
     time.sleep(max(0.0, 4.5 - (time.monotonic() - started)))
@@ -88,7 +90,9 @@ def test_commands_that_cannot_be_filled_in_are_refused(command):
 
 
 def test_no_shell_reads_the_command(room, tmp_path):
-    program = Program(f"{sys.executable} -c 'import sys; sys.exit(len(sys.argv) - 1)' ; touch {tmp_path}/x {{output}}")
+    program = Program(
+        f"{PYTHON} -c 'import sys; sys.exit(len(sys.argv) - 1)' ; touch {shlex.quote(str(tmp_path))}/x {{output}}"
+    )
     with Renderer(program, ROOM, str(room)) as renderer, pytest.raises(ProgramFailed, match="status 4"):
         renderer.run(1, 1)
     assert not (tmp_path / "x").exists()

@@ -9,7 +9,7 @@ import pytest
 
 from experiments.error_against_time import figure, run
 from experiments.race.measure import Measured, Plan
-from experiments.race.rows import finalists, raw
+from experiments.race.rows import finalists, raw, row
 from mitsuba_bridge.child import ReferenceUnavailable
 from mitsuba_bridge.llvm import backend
 from mitsuba_bridge.race import DEFAULT, WAYS, Lap, Way, run_race
@@ -35,12 +35,22 @@ def test_rows_say_who_took_how_long(raced):
     assert [(row["pixel_rule"], row["target"]) for row in rows] == [
         (rule, target) for rule in ("area", "centre") for target in (1e-2, 1e-3, 1e-4)
     ]
-    for row in rows:
-        assert row["as_claimed"] is True
-        assert row["ours"]["seconds"] > 0
-        assert row["ratio"] > 0
-        assert row["ratio_interval"] is None  # one camera, one round: nothing to spread
+    for line in rows:
+        assert line["as_claimed"] is True
+        assert line["ours"]["seconds"] > 0
+        assert line["ratio"] > 0
+        assert line["ratio_interval"] is None  # one camera, one round: nothing to spread
     assert rows[2]["lower_bound_only"]  # 16 samples are far from 1e-4, and a decade is all that is extrapolated
+
+
+def test_several_cameras_have_an_interval(raced):
+    _, measured = raced
+    once = measured["quad/area"][0]
+    slow = dataclasses.replace(
+        once, ours=[[dataclasses.replace(lap, seconds=2 * lap.seconds) for lap in laps] for laps in once.ours]
+    )
+    found, alone = (row("quad", "area", 1e-2, "analytic", views) for views in ([once, slow], [once]))
+    assert found["ratio_interval"] == [alone["ratio"] / 2, alone["ratio"]]
 
 
 def test_every_way_of_mitsuba_comes_nearer_with_samples(raced):

@@ -220,6 +220,22 @@ def test_the_page_keeps_to_its_size(monkeypatch, tmp_path):
     assert BUDGET * 4 / 3 + FIGURES * 4 / 3 + 6 * rest < 15e6
 
 
+def test_rows_of_one_scene_share_their_figure(tmp_path):
+    """A row more costs its words and its histogram, not another drawing of the same curves (50 KB)."""
+    points = [line for k in range(8) for line in timed("right", "ours", f"way {k}", 0.01 + k)]
+    sizes = []
+    for count in (10, 40):
+        rows = [row("right", estimator=f"way {k % 10}", stratified=False) for k in range(count)]
+        write_json(document([*rows, *points], alpha=1e-3), str(tmp_path / "results.json"))
+        write_report(tmp_path, tmp_path / "page.html")
+        page = (tmp_path / "page.html").read_text(encoding="utf-8")
+        sizes.append(len(page))
+    assert page.count('<svg id="errors-0"') == 1
+    assert page.count('<use href="#errors-0"') == 40
+    assert [page.count(f'style="--{k}: 2.4"') for k in range(10)] == [4] * 8 + [0, 0]  # 8 curves are drawn
+    assert (sizes[1] - sizes[0]) / 30 < 25_000
+
+
 def test_time_to_an_error_is_interpolated_extrapolated_or_out_of_reach():
     def curve(*points):
         return Curve("c", False, tuple(Point(None, t, e) for t, e in points))

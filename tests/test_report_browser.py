@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 from browser import chromium, complaints, missing, prefer, requests
+from PIL import Image
 from report_folder import HOSTILE, RASTER, SIZE, small_folder
 
 from experiments.report import write_report
@@ -237,3 +239,13 @@ def test_a_hostile_figure_is_a_picture(browser):
     figure = find(browser, ".figures img")
     assert Path(figure.get_attribute("alt")).name == "slopes"
     assert figure.get_attribute("src").startswith("data:image/svg+xml;base64,")
+
+
+def test_a_row_shows_the_figure_that_its_scene_shares(browser):
+    open_row(browser, "right")
+    drawing = find(browser, "#row-1 .across svg, #row-2 .across svg")
+    area = browser.execute_script("const b = arguments[0].getBoundingClientRect(); return b.width * b.height", drawing)
+    assert area > 20_000
+    picture = np.array(Image.open(io.BytesIO(drawing.screenshot_as_png)).convert("RGB")).astype(int)
+    coloured = (picture.max(axis=2) - picture.min(axis=2) > 60).mean()
+    assert coloured > 1e-3  # the shared drawing is there, not an empty frame

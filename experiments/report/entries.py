@@ -15,9 +15,9 @@ from renderer.errors import InputError
 from ..files import read_exr
 from ..results import plain
 from ..rows import Row, experiment_of, figures, method, number, status, subject, title
-from ..speed import curves, seconds_of
+from ..speed import seconds_of
 from .material import Material
-from .plots import error_figure, p_histogram
+from .plots import ErrorFigure, p_histogram
 
 THUMBNAIL = 112
 """Pixels of a row's small picture, across."""
@@ -39,7 +39,9 @@ def layers(material: Material, row: Row) -> dict[str, Any]:
     return found
 
 
-def entry(material: Material, row: Row, index: int, packed: dict[str, Any] | None) -> dict[str, Any]:
+def entry(
+    material: Material, row: Row, index: int, packed: dict[str, Any] | None, errors: ErrorFigure | None
+) -> dict[str, Any]:
     """What the template says of a row: the row, and what has been made of it."""
     scene = str(row.get("scene") or "")
     label = f"{row.get('estimator') or ''}{' stratified' if row.get('stratified') else ''}"
@@ -57,7 +59,7 @@ def entry(material: Material, row: Row, index: int, packed: dict[str, Any] | Non
         "packed": packed,
         "thumbnail": _thumbnail(material, row),
         "histogram": p_histogram(row["tile_p"], f"h{index}") if row.get("tile_p") else None,
-        "errors": error_figure(curves(material.rows, scene), label, f"e{index}"),
+        "errors": errors.shown(label) if errors else None,
     }
 
 

@@ -23,7 +23,7 @@ from .entries import colours, entry, layers, tiles
 from .figures import drawings, fitting
 from .material import Material, read_material
 from .pixels import BUDGET, Packed, pack_all
-from .plots import error_figure
+from .plots import ErrorFigure, error_figure
 from .tables import plain_table
 
 SCRIPTS = ("viewer.js", "table.js")
@@ -86,6 +86,7 @@ def _content(material: Material, progress: Progress) -> dict[str, Any]:
     packed = _packs(material, judged, partial(progress, "images"))
     files = fitting(list(material.figures))
     packs = [found.info if found else None for found in packed]
+    errors = _error_figures(rows, "errors")
     tone, said = headline(rows)
     by = counted(rows)
     return {
@@ -95,7 +96,8 @@ def _content(material: Material, progress: Progress) -> dict[str, Any]:
         "headline": said,
         "facts": facts(material.document),
         "by": {"all": len(judged), "failing": by["failing"], "undecided": by["undecided"]},
-        "rows": _entries(material, judged, packs, partial(progress, "figures")),
+        "rows": _entries(material, judged, packs, errors, partial(progress, "figures")),
+        "errors": errors.values(),
         "several": len({experiment_of(row) for row in judged}) > 1,
         "races": races(rows),
         "experiments": _experiments(material, files),
@@ -114,29 +116,33 @@ def _packs(material: Material, rows: list[Row], tell: Callable[[int, int], None]
 
 
 def _entries(
-    material: Material, rows: list[Row], packs: list[dict[str, Any] | None], tell: Callable[[int, int], None]
+    material: Material,
+    rows: list[Row],
+    packs: list[dict[str, Any] | None],
+    errors: dict[str, ErrorFigure],
+    tell: Callable[[int, int], None],
 ) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     for row, packed in zip(rows, packs, strict=True):
-        found.append(entry(material, row, len(found), packed))
+        found.append(entry(material, row, len(found), packed, errors.get(str(row.get("scene")))))
         tell(len(found), len(rows))
     return found
 
 
 def _experiments(material: Material, files: dict[Path, Path]) -> list[dict[str, Any]]:
-    """Every experiment but the main job: its rows without a verdict as a table, its figures."""
+    """Every experiment's rows without a verdict as a table, and its figures: error against time where it left none."""
     found: list[dict[str, Any]] = []
     for name in dict.fromkeys(experiment_of(row) for row in material.rows):
         shown = [row for row in material.rows if experiment_of(row) == name and status(row) == "shown"]
         figures = drawings(material.figures_of(name), files)
         if shown or figures["shown"] or figures["left_out"]:
-            errors = [] if figures["shown"] else _error_figures(shown, f"x{len(found)}")
+            errors = {} if figures["shown"] else _error_figures(shown, f"x{len(found)}")
             found.append({"name": name, "table": plain_table(shown), "figures": figures, "errors": errors})
     return found
 
 
-def _error_figures(rows: list[Row], name: str) -> list[dict[str, str]]:
-    """Error against samples and time, scene by scene, for an experiment that left no figure of its own."""
+def _error_figures(rows: list[Row], name: str) -> dict[str, ErrorFigure]:
+    """Error against samples and time, by scene."""
     scenes = dict.fromkeys(str(row["scene"]) for row in rows if row.get("scene"))
-    drawn = {scene: error_figure(curves(rows, scene), "", f"{name}-{k}") for k, scene in enumerate(scenes)}
-    return [{"scene": scene, "svg": svg} for scene, svg in drawn.items() if svg]
+    drawn = {scene: error_figure(curves(rows, scene), f"{name}-{k}") for k, scene in enumerate(scenes)}
+    return {scene: figure for scene, figure in drawn.items() if figure}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,10 @@ INK = "#010203"
 SERIES = ("#2f7ed8", "#e0642e", "#2a9d63", "#a25bd0", "#c9971c", "#d1447f", "#4aa3a3", "#8a7a6a")
 """Colours that read on white and on near-black."""
 BINS = 10
+SIZE = (7.4, 2.9)
+"""Inches of an error figure."""
+_MARK = 1e-4
+"""Added to a curve's width for each curve before it: tells whose stroke an element of the file is."""
 _STYLE: dict[str, Any] = {
     "svg.fonttype": "none",
     "font.family": "sans-serif",
@@ -67,32 +72,64 @@ def p_histogram(tile_p: Any, name: str) -> str | None:
     return _svg(figure, name, label)
 
 
-def error_figure(found: Sequence[Curve], here: str, name: str) -> str | None:
-    """Relative RMS error against samples and against seconds; None where no method has two points.
+@dataclass(frozen=True)
+class ErrorFigure:
+    """Relative RMS error against samples and against seconds: written into the page once, shown by many rows.
 
     Parameters
     ----------
-    here : str
-        The label of the curve to draw thicker.
+    name : str
+        Its element's id.
+    svg : str
+        The element; the width of curve k is the CSS variable ``--k``.
+    curves : tuple of str
+        Labels, in order.
     """
+
+    name: str
+    svg: str
+    curves: tuple[str, ...]
+
+    def shown(self, here: str) -> str:
+        """An element that shows it, the curve named ``here`` drawn thicker."""
+        from markupsafe import escape
+
+        width, height = SIZE[0] * 72, SIZE[1] * 72
+        thicker = f' style="--{self.curves.index(here)}: 2.4"' if here in self.curves else ""
+        return (
+            f'<svg role="img" aria-label="{escape(self.label)}" width="{width:g}pt" height="{height:g}pt" '
+            f'viewBox="0 0 {width:g} {height:g}"{thicker}>'
+            f'<use href="#{self.name}" width="{width:g}" height="{height:g}"/></svg>'
+        )
+
+    @property
+    def label(self) -> str:
+        return "Relative RMS error against samples and against seconds: " + ", ".join(self.curves)
+
+
+def error_figure(found: Sequence[Curve], name: str) -> ErrorFigure | None:
+    """The first curves of at least two points; None where there is none."""
     shown = [curve for curve in found if len(curve.points) > 1][: len(SERIES)]
     if not shown:
         return None
     with rc_context(_STYLE):
-        figure = Figure(figsize=(7.4, 2.9))
+        figure = Figure(figsize=SIZE)
         figure.subplots_adjust(left=0.085, right=0.985, bottom=0.16, top=0.97, wspace=0.06)
         axes = figure.subplots(1, 2, sharey=True)
         for axis, of, words in zip(axes, ("samples", "seconds"), ("samples per light", "seconds"), strict=True):
-            for colour, curve in zip(SERIES, shown, strict=False):
+            for k, curve in enumerate(shown):
                 points = [(getattr(p, of), p.error) for p in curve.points if getattr(p, of)]
                 if points:
                     style = "--s" if curve.mitsuba else "-o"
-                    width = 2.4 if curve.label == here else 1.3
                     x, y = zip(*points, strict=True)
-                    axis.plot(x, y, style, color=colour, linewidth=width, markersize=3.5, label=curve.label)
+                    width = 1.3 + _MARK * (k + 1)
+                    axis.plot(x, y, style, color=SERIES[k], linewidth=width, markersize=3.5, label=curve.label)
             axis.set(xscale="log", yscale="log", xlabel=words)
             axis.axhline(TARGETS[1], color=INK, linewidth=0.6, linestyle=":")
         axes[0].set_ylabel("relative RMS error")
         axes[0].legend()
-    label = "Relative RMS error against samples and against seconds: " + ", ".join(curve.label for curve in shown)
-    return _svg(figure, name, label)
+    made = ErrorFigure(name, "", tuple(curve.label for curve in shown))
+    svg = _svg(figure, name, made.label).replace("<svg ", f'<svg id="{name}" ', 1)
+    for k in range(len(shown)):
+        svg = svg.replace(f"stroke-width: {1.3 + _MARK * (k + 1):g}", f"stroke-width: var(--{k}, 1.3)")
+    return replace(made, svg=svg)
