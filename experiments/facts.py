@@ -58,12 +58,17 @@ def facts(document: dict[str, Any]) -> list[Fact]:
 
 def _reference(rows: list[Row]) -> str:
     names = [row["reference"] for row in rows if isinstance(row.get("reference"), dict)]
-    found = {f"{str(r['renderer']).capitalize()} {r.get('version') or ''}".strip() for r in names if r.get("renderer")}
-    return " and ".join(sorted(found)) or "a reference"
+    whole = [(str(r["renderer"]), r.get("version") or "") for r in names if r.get("renderer")]
+    found = {f"{name.capitalize()} {version}".strip() for name, version in whole if not name.startswith("ours")}
+    own = ["our own images"] if any(name.startswith("ours") for name, _ in whole) else []
+    return " and ".join(sorted(found) + own) or "a reference"
 
 
 def _right(rows: list[Row]) -> Fact:
     tone, said = headline(rows)
+    compared = [row for row in rows if row.get("verdict")]
+    if tone == "open" and compared:  # a row that was not run says nothing of those that were
+        tone, _ = headline(compared)
     by = Counter(str(row["verdict"]) for row in rows if row.get("verdict") and not row.get("defect"))
     words = ", ".join(f"{by[word]} {plural}" for word, plural in VERDICTS.items() if by[word])
     answer = {"good": "Yes", "bad": "No", "open": "Not known yet"}.get(tone, "")
@@ -125,6 +130,7 @@ def _where(rows: list[Row]) -> Fact:
     seen = [row for row in rows if number(row.get("bias_relative")) is not None]
     if not seen:
         return Fact(question, "Not measured", "No row has been compared.")
+    seen = [row for row in seen if row.get("verdict") == "agrees"] or seen
     worst = max(seen, key=lambda row: abs(row["bias_relative"]))
     bias = percent(worst["bias_relative"], 3, sign=True)
     return Fact(question, "Nowhere beyond noise", f"The largest bias is {bias}, in {title(worst)}.", "good")

@@ -22,6 +22,11 @@ def status(row: Row) -> Status:
     return "undecided" if claimed is None else "as claimed" if claimed else "failing"
 
 
+def in_table(row: Row) -> bool:
+    """Whether a row stands among the verdicts: it has one, or is not as claimed. The rest is its experiment's."""
+    return status(row) in ("failing", "undecided") or (status(row) == "as claimed" and bool(row.get("verdict")))
+
+
 def method(row: Row) -> str:
     """The estimator with its samples, if it takes any: "area 25 stratified"."""
     name = str(row.get("estimator") or row.get("method") or "")

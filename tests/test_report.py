@@ -116,15 +116,18 @@ def test_the_command_refuses_what_is_no_folder_of_results(tmp_path, monkeypatch)
 
 
 @pytest.mark.parametrize("more", [{}, {"reference": {}}, {"images": None}, {"pixels": {}}, {"bias_interval": [0, 1]}])
-def test_rows_of_few_figures_are_shown(more, tmp_path):
-    write_json(document([{"experiment": "stability", "as_claimed": True} | more]), str(tmp_path / "results.json"))
+@pytest.mark.parametrize("verdict", [{}, {"verdict": "agrees"}])
+def test_rows_of_few_figures_are_shown(more, verdict, tmp_path):
+    few = {"experiment": "stability", "as_claimed": True} | verdict | more
+    write_json(document([few]), str(tmp_path / "results.json"))
     write_report(tmp_path, tmp_path / "page.html")
     assert "stability" in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("more", [{"tile_p": "x"}, {"margin": 1e-3, "bias_relative": 0, "bias_interval": [0]}])
 def test_rows_that_make_no_sense_are_bad_input(more, tmp_path):
-    write_json(document([{"scene": "a", "as_claimed": True} | more]), str(tmp_path / "results.json"))
+    bad = {"scene": "a", "verdict": "agrees", "as_claimed": True} | more
+    write_json(document([bad]), str(tmp_path / "results.json"))
     status, said, error = run("report", tmp_path, "-o", tmp_path / "page.html")
     assert (status, said) == (2, "")
     assert "rows as the commands write them" in error
@@ -215,7 +218,8 @@ def test_the_page_keeps_to_its_size(monkeypatch, tmp_path):
     rest = len(page) - images - figures
     assert "mean of 2 × 2" in page
     assert 0 < images <= BUDGET / 20 * 4 / 3
-    assert 0 < figures <= FIGURES * 4 / 3 + 100
+    assert figures > 0
+    assert images + figures <= (BUDGET / 20 + FIGURES) * 4 / 3 + 100
     assert "beside it in the folder: figure-1.png, figure-2.png, figure-3.png" in page
     assert BUDGET * 4 / 3 + FIGURES * 4 / 3 + 6 * rest < 15e6
 
@@ -313,6 +317,25 @@ def test_planted_defects_say_nothing_of_the_renderer():
     assert "Of 1 image" in found["Is the renderer right?"].detail
     assert found["How sure?"].answer == "It finds 0.10 % bias"
     assert found["Where does it differ?"].answer != "Only where it says so"
+
+
+def test_what_was_not_run_says_nothing_of_what_agrees():
+    late = {"experiment": "error-against-time", "scene": "mesh", "as_claimed": None, "note": "not run"}
+    biased = {"experiment": "variance-table", "scene": "quad", "estimator": "analytic", "bias_relative": 0.18}
+    found = facts(document([row("a"), late, biased | {"as_claimed": True}]))
+    assert (found[0].answer, found[0].tone) == ("Yes", "good")
+    assert "+0.010 %" in found[4].detail
+    assert facts(document([row("a", "undecided", None), late]))[0].answer == "Not known yet"
+
+
+def test_rows_without_a_verdict_stand_with_their_experiment(tmp_path):
+    claims = [{"experiment": "stability", "name": f"case {k}", "as_claimed": k != 3} for k in range(20)]
+    write_json(document([row("right"), *claims]), str(tmp_path / "results.json"))
+    write_report(tmp_path, tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert page.count('class="open"') == 2  # the one compared, and the one that is not as claimed
+    assert "19 rows" in page
+    assert "case 19" in page
 
 
 def test_rows_without_a_scene_are_named_by_what_they_are_about():

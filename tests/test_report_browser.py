@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from browser import chromium, complaints, missing, prefer, requests
 from PIL import Image
-from report_folder import HOSTILE, RASTER, SIZE, small_folder
+from report_folder import HOSTILE, RASTER, SIZE, row, small_folder
 
 from experiments.report import write_report
+from experiments.results import document, write_json
 
 pytestmark = pytest.mark.skipif(
     missing() is not None and not os.environ.get("NUSSELT_NEEDS_BROWSER"),
@@ -225,6 +226,17 @@ def test_ink_stands_out_from_paper_in_dark_and_in_light(browser, dark):
     prefer(browser, False)
     assert (paper < 0.05) == dark
     assert min(contrasts) >= 4.5, contrasts
+
+
+@pytest.mark.parametrize("verdict", [("agrees", True), ("undecided", None), ("differs", False)])
+def test_the_first_line_is_the_largest_whatever_it_says(verdict, opened, tmp_path):
+    write_json(document([row("a", *verdict)]), str(tmp_path / "results.json"))
+    write_report(tmp_path, tmp_path / "page.html")
+    opened.get((tmp_path / "page.html").as_uri())
+    script = """return [...document.querySelectorAll('h1, h2, dt, dd strong')].map(
+      (e) => parseFloat(getComputedStyle(e).fontSize));"""
+    sizes = opened.execute_script(script)
+    assert sizes[0] > 1.5 * max(sizes[1:])
 
 
 def test_it_fits_a_telephone(browser):

@@ -8,10 +8,10 @@ from typing import Any
 
 MEDIA = {".svg": "image/svg+xml", ".png": "image/png"}
 BUDGET = 2_400_000
-"""Bytes of all figures before base64: 3.2 MB in the file."""
+"""Bytes of all figures before base64, besides what the images leave of theirs: 3.2 MB in the file."""
 
 
-def fitting(paths: list[Path], budget: int = BUDGET) -> dict[Path, Path]:
+def fitting(paths: list[Path], budget: int) -> dict[Path, Path]:
     """Which file to show of each figure: itself, a PNG beside it where it is too large, or none.
 
     Each may take a third of what the ones before it left.

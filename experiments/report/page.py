@@ -17,12 +17,13 @@ from renderer.errors import InputError
 from ..facts import counted, facts, headline
 from ..files import replacing
 from ..pictures import RANGE
-from ..rows import Row, count, experiment_of, percent, status, urgent_first
+from ..rows import Row, count, experiment_of, in_table, percent, urgent_first
 from ..speed import curves, races
 from .entries import colours, entry, layers, tiles
+from .figures import BUDGET as FIGURES
 from .figures import drawings, fitting
 from .material import Material, read_material
-from .pixels import BUDGET, Packed, pack_all
+from .pixels import BUDGET, Packed, pack_all, total_size
 from .plots import ErrorFigure, error_figure
 from .tables import plain_table
 
@@ -82,9 +83,9 @@ def _asset(name: str) -> str:
 
 def _content(material: Material, progress: Progress) -> dict[str, Any]:
     rows = material.rows
-    judged = urgent_first([row for row in rows if status(row) != "shown"])
+    judged = urgent_first([row for row in rows if in_table(row)])
     packed = _packs(material, judged, partial(progress, "images"))
-    files = fitting(list(material.figures))
+    files = fitting(list(material.figures), FIGURES + BUDGET - total_size(packed))  # what the images left
     packs = [found.info if found else None for found in packed]
     errors = _error_figures(rows, "errors")
     tone, said = headline(rows)
@@ -130,10 +131,10 @@ def _entries(
 
 
 def _experiments(material: Material, files: dict[Path, Path]) -> list[dict[str, Any]]:
-    """Every experiment's rows without a verdict as a table, and its figures: error against time where it left none."""
+    """Every experiment's other rows as a table, and its figures: error against time where it left none."""
     found: list[dict[str, Any]] = []
     for name in dict.fromkeys(experiment_of(row) for row in material.rows):
-        shown = [row for row in material.rows if experiment_of(row) == name and status(row) == "shown"]
+        shown = [row for row in material.rows if experiment_of(row) == name and not in_table(row)]
         figures = drawings(material.figures_of(name), files)
         if shown or figures["shown"] or figures["left_out"]:
             errors = {} if figures["shown"] else _error_figures(shown, f"x{len(found)}")
