@@ -28,8 +28,8 @@ def in_table(row: Row) -> bool:
 
 
 def method(row: Row) -> str:
-    """The estimator with its samples, if it takes any: "area 25 stratified"."""
-    name = str(row.get("estimator") or row.get("method") or "")
+    """The method, else the estimator, with its samples, if it takes any: "area 25 stratified"."""
+    name = str(row.get("method") or row.get("estimator") or "")
     if row.get("samples") is None or row.get("claim") == "exact":
         return name
     return f"{name} {row['samples']}{' stratified' if row.get('stratified') else ''}"
