@@ -225,6 +225,20 @@ def test_deep_stacks_end() -> None:
         parse("pushTransform\n" * 100_001)
 
 
+def test_an_unknown_command_is_likened_to_the_known_ones_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Found by the long fuzz: a megabyte of one unknown command took seconds."""
+    asked = []
+    matches = scene_reader.difflib.get_close_matches
+    monkeypatch.setattr(
+        scene_reader.difflib, "get_close_matches", lambda name, *of: asked.append(name) or matches(name, *of)
+    )
+    scene = parse("vertx 1 2 3\n" * 1000 + "".join(f"v{k}\n" for k in range(1000)), lenient=True)
+    assert "(vertex?): ignored" in scene.warnings[0]
+    assert "(and 999 more)" in scene.warnings[0]
+    assert len(asked) == scene_reader.MAX_UNKNOWN
+    assert len(scene.warnings) == scene_reader.MAX_UNKNOWN + 1
+
+
 tokens = st.one_of(
     st.sampled_from(["0", "1", "2", "-1", "+1.5", "1e308", "-1e-308", "nan", "on", "direct", "#", "1e9", "180"]),
     st.floats().map(repr),

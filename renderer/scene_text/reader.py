@@ -120,7 +120,7 @@ class _Reader:
 
     def __init__(self, state: SceneState, lenient: bool) -> None:
         self.state, self._lenient = state, lenient
-        self._unknown_names: set[str] = set()
+        self._ignored: dict[str, str] = {}  # by unknown name: its warning
 
     def read(self, text: str) -> None:
         """Take every line of ``text``."""
@@ -176,13 +176,14 @@ class _Reader:
 
     def _unknown(self, name: str, column: int) -> None:
         place = f"{self.state.place}:{column}"
-        close = difflib.get_close_matches(name[:40], COMMANDS, 1)
-        accepted = f"a command of this format{f' ({close[0]}?)' if close else ''}"
-        error = InputError("command", name, accepted, place)
-        if not self._lenient:
-            raise error
-        if len(self._unknown_names) == MAX_UNKNOWN and name not in self._unknown_names:
-            self.state.warn("more unknown commands ignored", place)
-            return
-        self._unknown_names.add(name)
-        self.state.warn(f"unknown {error.at('')}: ignored", place)
+        if (message := self._ignored.get(name)) is None:
+            if len(self._ignored) == MAX_UNKNOWN:
+                message = "more unknown commands ignored"
+            else:  # once a name: the likeness to every command is dear
+                close = difflib.get_close_matches(name[:40], COMMANDS, 1)
+                accepted = f"a command of this format{f' ({close[0]}?)' if close else ''}"
+                error = InputError("command", name, accepted, place)
+                if not self._lenient:
+                    raise error
+                message = self._ignored[name] = f"unknown {error.at('')}: ignored"
+        self.state.warn(message, place)
