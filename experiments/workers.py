@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import re
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -123,10 +124,13 @@ def cluster(address: str) -> Iterator[Executor]:
         from distributed import Client
     except ImportError as error:
         raise InputError("--cluster", address, "the package distributed: pip install 'nusselt[cluster]'") from error
+    wrong = InputError("--cluster", address, "the address of a running Dask scheduler (tcp://host:8786)")
+    if not re.fullmatch(r"[a-z]+://\S+:\d+", address):
+        raise wrong
     try:
         client = Client(address, timeout=10, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise InputError("--cluster", address, "the address of a running Dask scheduler (tcp://host:8786)") from error
+        raise wrong from error
     with client:
         # pure: equal calls would be merged into one.
         yield client.get_executor(pure=False, retries=LIVES)

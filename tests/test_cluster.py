@@ -85,11 +85,12 @@ def test_experiments_on_a_cluster_find_the_same_rows(dask, tmp_path):
     assert len(found["here"]) > 10
 
 
-def test_a_command_says_in_one_line_that_no_scheduler_answers(tmp_path):
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "foo", "tcp://127.0.0.1", "tcp://x y:1"])
+def test_a_command_says_in_one_line_that_no_scheduler_answers(address, tmp_path):
     output = tmp_path / "a.npy"
-    words = ["render", "quad", "--cluster", "tcp://127.0.0.1:1", "-o", str(output)]
+    words = ["render", "quad", "--cluster", address, "-o", str(output)]
     result = CliRunner().invoke(main, words)
     assert result.exit_code == 2
     assert len(result.stderr.strip().splitlines()) == 1
-    assert "--cluster = tcp://127.0.0.1:1" in result.stderr
+    assert f"--cluster = {address}" in result.stderr
     assert not output.exists()
