@@ -6,8 +6,9 @@ import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from renderer.scene import Material, Mesh, Scene
+from renderer.scene import Scene
 from renderer.scene_text import parse_scene
+from renderer.surfaces import Material, Mesh
 from renderer.vectors import Floats, column
 
 from .meshes import Surface, displaced_sphere, torus_knot

@@ -13,7 +13,8 @@ from experiments.runs.measure import SURE, measured, small, truth_of
 from renderer.errors import InputError
 from renderer.estimators import Analytic, Area
 from renderer.image import prepare, render
-from renderer.scene import Material, Scene
+from renderer.scene import Scene
+from renderer.surfaces import Material
 
 EXPONENTS = (0.0, 1.0, 10.0, 100.0, 1000.0, 10000.0)
 SAMPLES = 16

@@ -17,12 +17,15 @@ from experiments.runs.declared import Experiment, Job, Outcome, Settings
 from experiments.runs.figures import curves, strip
 from experiments.runs.measure import slope
 from experiments.stiff.shapes import GREY, lamp, plate
+from renderer.checked import Vec3
 from renderer.closed_forms.irradiance import irradiance
 from renderer.closed_forms.sun import sun_irradiance
 from renderer.estimators import Area
 from renderer.image import render
 from renderer.light_points import quad_beams
-from renderer.scene import Camera, DirectionalLight, Ellipsoid, Light, PointLight, QuadLight, Scene, SunLight, Vec3
+from renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from renderer.scene import Camera, Scene
+from renderer.surfaces import Ellipsoid
 from renderer.vectors import Floats, column, dot, frame, unit
 
 NORMAL = unit(column((0.2, -0.3, 1.0)))

@@ -18,9 +18,9 @@ from renderer.camera import pixel_centres, primary_directions
 from renderer.common_visibility import CommonVisibility
 from renderer.estimators.common_points import lattice
 from renderer.image import prepare
+from renderer.lights import QuadLight
 from renderer.needs import Source
 from renderer.primary import first_hits
-from renderer.scene import QuadLight
 from renderer.shading import ShadingPoints
 from renderer.vectors import column, dot
 from renderer.view import look

@@ -18,10 +18,12 @@ import numpy as np
 
 from renderer.estimators import ControlVariate, Estimator, Exact
 from renderer.geometry import build_geometry
+from renderer.lights import QuadLight
 from renderer.needs import Source
-from renderer.scene import Camera, Material, Mesh, QuadLight, Scene
+from renderer.scene import Camera, Scene
 from renderer.shading import ShadingPoints
 from renderer.shadows import Blockers
+from renderer.surfaces import Material, Mesh
 from renderer.vectors import Floats
 
 COUNTS = (1, 2, 4, 8, 16, 32, 64)

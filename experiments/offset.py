@@ -26,7 +26,9 @@ from mitsuba_bridge.ray_offset import mitsuba_offset
 from mitsuba_bridge.reference import Reference, render_reference
 from renderer.estimators import Area
 from renderer.image import Image, render
-from renderer.scene import Camera, Material, Mesh, QuadLight, Scene
+from renderer.lights import QuadLight
+from renderer.scene import Camera, Scene
+from renderer.surfaces import Material, Mesh
 from renderer.vectors import Floats
 
 PASSES, SAMPLES = 256, 64

@@ -13,8 +13,9 @@ from mitsuba_bridge.spread import Setting, measure_spread
 from renderer.errors import InputError
 from renderer.estimators import Area, Estimator
 from renderer.image import prepare, render
+from renderer.lights import SunLight
 from renderer.ray_offset import RayOffset
-from renderer.scene import Scene, SunLight
+from renderer.scene import Scene
 from renderer.vectors import Floats
 
 from .inference import TILES, tile_numbers

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from renderer.scene import Camera, Scene, Vec3
+from renderer.checked import Vec3
+from renderer.scene import Camera, Scene
 
 TURNS: tuple[tuple[float, float, float], ...] = (
     (0.0, 0.0, 1.0),

@@ -20,8 +20,9 @@ from renderer.estimators import Area, Claim, ControlVariate, Estimator, Visibili
 from renderer.estimators.analytic import without_shadows
 from renderer.image import prepare
 from renderer.light_points import extended_beams, unit_square
+from renderer.lights import QuadLight
 from renderer.needs import Needs, Source
-from renderer.scene import QuadLight, Scene
+from renderer.scene import Scene
 from renderer.shading import ShadingPoints
 from renderer.vectors import Floats
 

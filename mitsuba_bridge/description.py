@@ -19,7 +19,9 @@ import numpy as np
 from renderer.camera import view_frame
 from renderer.errors import InputError
 from renderer.geometry import build_geometry
-from renderer.scene import DirectionalLight, Ellipsoid, Light, Material, PointLight, QuadLight, Scene, SunLight
+from renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from renderer.scene import Scene
+from renderer.surfaces import Ellipsoid, Material
 from renderer.vectors import Floats, frame
 
 from .limits import close_blockers

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.geometry import Geometry, build_geometry
-from renderer.scene import PointLight, QuadLight, Scene
+from renderer.lights import PointLight, QuadLight
+from renderer.scene import Scene
 from renderer.vectors import Floats, column, cross, dot
 
 CLOSE = 1e-3

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from .bvh import Hierarchy
 from .geometry import Geometry, Ints
 from .light_points import hull
+from .lights import Light
 from .needs import Source
 from .pairs import take
-from .scene import Light
 from .shadows import Blockers
 from .silhouette import Outline, outline, project, silhouette, surface_of, winding
 from .vectors import Floats

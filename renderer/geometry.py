@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .scene import Material, QuadLight, Scene
+from .lights import QuadLight
+from .scene import Scene
+from .surfaces import Material
 from .vectors import Floats, cross
 
 Ints = NDArray[np.integer[Any]]

@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from .scene import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from .lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
 from .vectors import Floats, column, cross, dot, frame
 
 

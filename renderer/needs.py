@@ -13,7 +13,8 @@ import numpy as np
 
 from .geometry import Geometry
 from .light_points import colour, hull
-from .scene import DirectionalLight, Light, PointLight, QuadLight, Scene, SunLight
+from .lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from .scene import Scene
 from .shadows import Blockers, plane_bound
 from .vectors import Floats, column, cross, dot
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .scene import Vec3
+from .checked import Vec3
 from .vectors import Floats, column
 
 

@@ -12,7 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from .scene import Mesh, PointLight, QuadLight, Scene
+from .lights import PointLight, QuadLight
+from .scene import Scene
+from .surfaces import Mesh
 from .vectors import Floats
 
 

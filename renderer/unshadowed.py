@@ -15,7 +15,7 @@ from .closed_forms.phong_lobe import phong_lobe
 from .closed_forms.sun import sun_irradiance
 from .geometry import Ints
 from .light_points import colour, sun_directions
-from .scene import QuadLight, SunLight
+from .lights import QuadLight, SunLight
 from .shading import ShadingPoints, reflect
 from .vectors import Floats, column, cross, dot
 

@@ -18,7 +18,8 @@ from experiments import catalogue
 from experiments.views import views
 from renderer.estimators import Analytic
 from renderer.image import prepare
-from renderer.scene import Camera, Ellipsoid, Material, Mesh, Scene
+from renderer.scene import Camera, Scene
+from renderer.surfaces import Ellipsoid, Material, Mesh
 from renderer.view import look
 
 KEPT = Path(__file__).with_name("area_truth.npz")

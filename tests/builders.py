@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from renderer.geometry import Geometry, build_geometry
-from renderer.scene import Camera, Ellipsoid, Light, Material, Mesh, QuadLight, Scene
+from renderer.lights import Light, QuadLight
+from renderer.scene import Camera, Scene
+from renderer.surfaces import Ellipsoid, Material, Mesh
 
 CAMERA = Camera((0.0, 3.0, 6.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 40.0)
 GREY = Material((0.5, 0.5, 0.5))

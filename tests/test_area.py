@@ -12,7 +12,9 @@ from scipy import stats
 from renderer.errors import InputError
 from renderer.estimators import ESTIMATORS, Area, estimator_named
 from renderer.image import render
-from renderer.scene import Camera, DirectionalLight, Ellipsoid, Material, PointLight, SunLight
+from renderer.lights import DirectionalLight, PointLight, SunLight
+from renderer.scene import Camera
+from renderer.surfaces import Ellipsoid, Material
 
 FALSE_ALARM = 1e-6
 DOWN = Camera((0.0, 3.0, 1e-3), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), 30.0)

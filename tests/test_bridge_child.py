@@ -19,7 +19,9 @@ from mitsuba_bridge import reference as reference_module
 from mitsuba_bridge.child import ReferenceUnavailable, run_child
 from mitsuba_bridge.llvm import Backend, backend, find_backend, system_libraries, version_of
 from mitsuba_bridge.reference import GlossyNeedsLLVM, render_reference
-from renderer.scene import Camera, DirectionalLight, Ellipsoid, Material, SunLight
+from renderer.lights import DirectionalLight, SunLight
+from renderer.scene import Camera
+from renderer.surfaces import Ellipsoid, Material
 
 SUNNY = DirectionalLight((0.3, 1.0, 0.2), (1.0, 2.0, 3.0))
 

@@ -16,18 +16,10 @@ from mitsuba_bridge.llvm import backend
 from mitsuba_bridge.reference import Reference, render_reference
 from renderer.estimators import estimator_named
 from renderer.image import render
-from renderer.scene import (
-    Camera,
-    DirectionalLight,
-    Ellipsoid,
-    Material,
-    Mesh,
-    PointLight,
-    QuadLight,
-    Scene,
-    SunLight,
-)
+from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from renderer.scene import Camera, Scene
 from renderer.scene_text import parse_scene
+from renderer.surfaces import Ellipsoid, Material, Mesh
 
 DOWN = Camera((0.0, 4.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), 50.0)
 """Looks straight down: image x is world x, image y is world z."""

@@ -18,7 +18,9 @@ from mitsuba_bridge.export import export_scene
 from mitsuba_bridge.llvm import backend, backend_report
 from mitsuba_bridge.reference import render_reference
 from renderer.errors import InputError
-from renderer.scene import Camera, DirectionalLight, Ellipsoid, Material, PointLight, QuadLight, Scene, SunLight
+from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from renderer.scene import Camera, Scene
+from renderer.surfaces import Ellipsoid, Material
 
 CAMERA = Camera((0.3, 1.6, 2.6), (0.0, 0.2, 0.0), (0.0, 1.0, 0.0), 30.0)
 """Sees surfaces in every pixel: little noise."""

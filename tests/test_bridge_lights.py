@@ -10,7 +10,9 @@ from builders import floor, scene
 from scipy import stats
 
 from mitsuba_bridge.reference import Reference, render_reference
-from renderer.scene import Camera, DirectionalLight, Light, Material, PointLight, QuadLight, Scene, SunLight
+from renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from renderer.scene import Camera, Scene
+from renderer.surfaces import Material
 
 CAMERA = Camera((0.3, 1.2, 2.0), (0.1, 0.0, 0.0), (0.0, 1.0, 0.0), 25.0)
 """From under the lights: sees nothing but the floor."""

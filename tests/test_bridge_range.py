@@ -10,7 +10,9 @@ from mitsuba_bridge.description import describe
 from mitsuba_bridge.limits import distance_to_triangles
 from mitsuba_bridge.reference import render_reference
 from renderer.errors import InputError
-from renderer.scene import Camera, DirectionalLight, Mesh, PointLight, QuadLight, Scene
+from renderer.lights import DirectionalLight, PointLight, QuadLight
+from renderer.scene import Camera, Scene
+from renderer.surfaces import Mesh
 
 CAMERA = Camera((0.5, 1.5, 4.0), (0.0, 0.3, 0.0), (0.0, 1.0, 0.0), 35.0)
 

@@ -19,7 +19,7 @@ from mitsuba_bridge.child import ReferenceUnavailable
 from mitsuba_bridge.llvm import Backend
 from mitsuba_bridge.reference import render_reference
 from renderer.estimators import Area
-from renderer.scene import Material
+from renderer.surfaces import Material
 
 REFERENCES = References()
 

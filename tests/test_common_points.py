@@ -16,10 +16,11 @@ from renderer.errors import InputError
 from renderer.estimators import Area, CommonPoints, CommonPointsFixed
 from renderer.estimators.common_points import lattice
 from renderer.image import prepare, render
+from renderer.lights import DirectionalLight, SunLight
 from renderer.mesh_topology import closed_surface
 from renderer.needs import Source
-from renderer.scene import DirectionalLight, Ellipsoid, Mesh, SunLight
 from renderer.shadows import Blockers
+from renderer.surfaces import Ellipsoid, Mesh
 from renderer.vectors import column
 
 

@@ -15,7 +15,9 @@ from renderer.coverage import render_area
 from renderer.coverage.smooth import BETWEEN, WITHIN, error_bound
 from renderer.errors import InputError
 from renderer.estimators import Analytic, Area
-from renderer.scene import Camera, Ellipsoid, Material, PointLight
+from renderer.lights import PointLight
+from renderer.scene import Camera
+from renderer.surfaces import Ellipsoid, Material
 
 GLOW = Material(emission=(1.0, 1.0, 1.0))
 FRONT = Camera((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 40.0)

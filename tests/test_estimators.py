@@ -16,7 +16,9 @@ from renderer.estimators import ESTIMATORS, Analytic, Area, ControlVariate, Visi
 from renderer.estimators.analytic import without_shadows
 from renderer.image import prepare, render
 from renderer.light_points import extended_beams, unit_square
-from renderer.scene import Camera, DirectionalLight, Ellipsoid, Material, PointLight, QuadLight, SunLight
+from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from renderer.scene import Camera
+from renderer.surfaces import Ellipsoid, Material
 
 FALSE_ALARM = 1e-6
 SHINY = Material((0.4, 0.3, 0.2), (0.3, 0.3, 0.3), 20.0)

@@ -14,10 +14,11 @@ from experiments import catalogue
 from renderer.estimators import Area, Exact
 from renderer.exact import contour
 from renderer.image import prepare, render
+from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
 from renderer.needs import Source
-from renderer.scene import DirectionalLight, Ellipsoid, Material, Mesh, PointLight, QuadLight, SunLight
 from renderer.shading import ShadingPoints
 from renderer.shadows import Blockers
+from renderer.surfaces import Ellipsoid, Material, Mesh
 
 FALSE_ALARM = 1e-6
 TILTED = Ellipsoid((0.3, 0.8, 0.2), ((0.5, 0.1, 0), (0, 0.2, 0.1), (0.2, 0, 0.35)), GREY)

@@ -13,7 +13,9 @@ from experiments.workers import worker_pool
 from renderer.edges import Tolerance
 from renderer.estimators import Area
 from renderer.image import render, tiles
-from renderer.scene import Camera, DirectionalLight, Ellipsoid, Material, PointLight, QuadLight
+from renderer.lights import DirectionalLight, PointLight, QuadLight
+from renderer.scene import Camera
+from renderer.surfaces import Ellipsoid, Material
 
 ARRAYS = (
     "first",

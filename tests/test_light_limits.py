@@ -10,7 +10,7 @@ import pytest
 from renderer.closed_forms.irradiance import irradiance
 from renderer.closed_forms.phong_lobe import phong_lobe
 from renderer.closed_forms.sun import sun_irradiance
-from renderer.scene import SunLight
+from renderer.lights import SunLight
 from renderer.vectors import column, cross, dot, frame, unit
 
 NORMAL = unit(column((0.2, -0.3, 1.0)))

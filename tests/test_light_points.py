@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from renderer.light_points import beams, lattice, quad_beams, sun_directions, unit_square
-from renderer.scene import DirectionalLight, PointLight, QuadLight, SunLight
+from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
 from renderer.vectors import column, cross, dot, frame, unit
 
 FALSE_ALARM = 1e-6

@@ -14,8 +14,8 @@ from renderer.geometry import build_geometry
 from renderer.image import render
 from renderer.image_boxes import ImageBoxes
 from renderer.primary import first_hits
-from renderer.scene import Mesh
 from renderer.shadows import Blockers, crosses
+from renderer.surfaces import Mesh
 from renderer.vectors import column
 
 SHAPES = (displaced_sphere, torus_knot, many_small)

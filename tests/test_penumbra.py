@@ -12,13 +12,14 @@ from renderer.closed_forms.irradiance import irradiance
 from renderer.estimators import CommonPointsFixed, Exact
 from renderer.estimators.common_points import hidden, lattice
 from renderer.image import prepare, render
+from renderer.lights import QuadLight
 from renderer.needs import Source
 from renderer.penumbra import hidden_irradiance
 from renderer.penumbra.light_frame import LightFrame
 from renderer.penumbra.overlap import line_term
-from renderer.scene import Material, Mesh, QuadLight
 from renderer.shading import ShadingPoints
 from renderer.shadows import Blockers
+from renderer.surfaces import Material, Mesh
 from renderer.vectors import column, unit
 
 

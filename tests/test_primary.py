@@ -9,7 +9,8 @@ from builders import box, floor, geometry, lamp, scene, sphere_mesh
 from renderer.camera import primary_directions
 from renderer.geometry import build_geometry
 from renderer.primary import first_hits
-from renderer.scene import Camera, Ellipsoid
+from renderer.scene import Camera
+from renderer.surfaces import Ellipsoid
 from renderer.vectors import column, cross, dot, unit
 
 

@@ -8,7 +8,9 @@ from builders import box, lamp, scene
 
 from renderer.estimators import Area
 from renderer.image import render
-from renderer.scene import Camera, Ellipsoid, Material, Mesh, QuadLight
+from renderer.lights import QuadLight
+from renderer.scene import Camera
+from renderer.surfaces import Ellipsoid, Material, Mesh
 
 
 def world(scale: float, offset: float):

@@ -12,18 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from renderer.errors import InputError
-from renderer.scene import (
-    Camera,
-    DirectionalLight,
-    Ellipsoid,
-    Material,
-    Mesh,
-    PointLight,
-    QuadLight,
-    Scene,
-    SunLight,
-    has_area,
-)
+from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from renderer.scene import Camera, Scene
+from renderer.surfaces import Ellipsoid, Material, Mesh, has_area
 
 CAMERA = Camera((0, 0, 4), (0, 0, 0), (0, 1, 0), 45)
 SQUARE = np.array([[0.0, 1, 1, 0], [0, 0, 1, 1], [0, 0, 0, 0]])

@@ -5,16 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from renderer.scene import (
-    DirectionalLight,
-    Ellipsoid,
-    Material,
-    PointLight,
-    QuadLight,
-    Scene,
-    SunLight,
-)
+from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from renderer.scene import Scene
 from renderer.scene_text import parse_scene
+from renderer.surfaces import Ellipsoid, Material
 
 VIEW = "size 4 3\ncamera 0 0 4  0 0 0  0 1 0  45\nintegrator direct\n"
 BASE = VIEW + "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"

@@ -10,19 +10,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from renderer.errors import InputError
-from renderer.scene import (
-    Camera,
-    DirectionalLight,
-    Ellipsoid,
-    Material,
-    Mesh,
-    PointLight,
-    QuadLight,
-    Scene,
-    SunLight,
-    has_area,
-)
+from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from renderer.scene import Camera, Scene
 from renderer.scene_text import parse_scene, read_scene, write_scene
+from renderer.surfaces import Ellipsoid, Material, Mesh, has_area
 
 SCENES = sorted((Path(__file__).parents[1] / "experiments" / "scenes").glob("*.test"))
 TRIANGLE = """

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from builders import box, floor, geometry, lamp, quad, sphere_mesh
 
-from renderer.scene import Ellipsoid
 from renderer.shadows import Blockers
+from renderer.surfaces import Ellipsoid
 from renderer.vectors import column, cross, dot, unit
 
 

@@ -9,7 +9,7 @@ import pytest
 from mpmath import mp
 
 from renderer.closed_forms.sun import sun_irradiance
-from renderer.scene import SunLight
+from renderer.lights import SunLight
 from renderer.vectors import column
 
 

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from renderer.estimators import Area
 from renderer.image import prepare, render
 from renderer.light_points import beams
+from renderer.lights import QuadLight
 from renderer.needs import Source
-from renderer.scene import Material, Mesh, QuadLight, Scene
+from renderer.scene import Scene
 from renderer.shading import ShadingPoints, lobe
+from renderer.surfaces import Material, Mesh
 from renderer.vectors import Floats, dot
 from renderer.view import look
 

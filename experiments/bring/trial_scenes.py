@@ -6,18 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from renderer.scene import (
-    Camera,
-    DirectionalLight,
-    Ellipsoid,
-    Light,
-    Material,
-    Mesh,
-    PointLight,
-    QuadLight,
-    Scene,
-    SunLight,
-)
+from renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from renderer.scene import Camera, Scene
+from renderer.surfaces import Ellipsoid, Material, Mesh
 
 CAMERA = Camera((0.0, 3.0, 6.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 40.0)
 DULL, SHINY = Material((0.5, 0.4, 0.3)), Material((0.4, 0.3, 0.2), (0.3, 0.3, 0.3), 20.0)

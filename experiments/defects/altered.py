@@ -10,8 +10,8 @@ import numpy as np
 
 from renderer.estimators import Claim
 from renderer.light_points import beams, colour, extended_beams, unit_square
+from renderer.lights import Light, QuadLight, SunLight
 from renderer.needs import Needs, Source
-from renderer.scene import Light, QuadLight, SunLight
 from renderer.shading import ShadingPoints, reflect
 from renderer.vectors import Floats
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from renderer.light_points import unit_square
+from renderer.lights import Light, PointLight, QuadLight, SunLight
 from renderer.needs import Source
-from renderer.scene import Light, PointLight, QuadLight, SunLight
 from renderer.shading import ShadingPoints, lobe, reflect
 from renderer.shadows import Blockers
 from renderer.vectors import Floats, column, cross, dot

@@ -4,18 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from renderer.scene import (
-    Camera,
-    DirectionalLight,
-    Ellipsoid,
-    Light,
-    Material,
-    Mesh,
-    PointLight,
-    QuadLight,
-    Scene,
-    SunLight,
-)
+from renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from renderer.scene import Camera, Scene
+from renderer.surfaces import Ellipsoid, Material, Mesh
 
 SIZE = (64, 48)
 GREY = Material((0.5, 0.5, 0.5))

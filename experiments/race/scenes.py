@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from renderer.scene import Camera, Material, Mesh, QuadLight, Scene
+from renderer.lights import QuadLight
+from renderer.scene import Camera, Scene
+from renderer.surfaces import Material, Mesh
 
 from ..catalogue import load
 

@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from renderer.scene import Camera, Ellipsoid, Light, Material, Mesh, QuadLight, Scene
+from renderer.lights import Light, QuadLight
+from renderer.scene import Camera, Scene
+from renderer.surfaces import Ellipsoid, Material, Mesh
 
 GREY = Material((0.5, 0.4, 0.3))
 SHINY = Material((0.375, 0.25, 0.125), (0.25, 0.25, 0.25), 20.0)

@@ -6,7 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from renderer.estimators import Analytic, ControlVariate, Estimator, VisibilityAnalytic
-from renderer.scene import Camera, Ellipsoid, Material, QuadLight, Scene
+from renderer.lights import QuadLight
+from renderer.scene import Camera, Scene
+from renderer.surfaces import Ellipsoid, Material
 
 from .shapes import GREY, SHINY, WHITE, box, lamp, moved, pieces, plate, room, scaled, scene
 

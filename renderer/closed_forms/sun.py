@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..scene import SunLight
+from ..lights import SunLight
 from ..vectors import Floats, column, dot
 
 

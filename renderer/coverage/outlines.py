@@ -169,6 +169,6 @@ def _polygon(g: Geometry, lens: Lens, index: int, m: Floats, delta: float) -> tu
 
 def light_planes(lights: tuple[object, ...]) -> list[tuple[Floats, Floats]]:
     """Normal and point of the lights' own planes, where they have one."""
-    from ..scene import QuadLight
+    from ..lights import QuadLight
 
     return [(column(light.normal), column(light.corner)) for light in lights if isinstance(light, QuadLight)]

@@ -12,8 +12,8 @@ from typing import ClassVar
 import numpy as np
 
 from ..light_points import beams, colour
+from ..lights import QuadLight, SunLight
 from ..needs import Needs, Source
-from ..scene import QuadLight, SunLight
 from ..shading import ShadingPoints, reflect
 from ..unshadowed import quad_light, sun_light
 from ..vectors import Floats

@@ -14,8 +14,8 @@ import numpy as np
 
 from ..errors import InputError
 from ..light_points import colour, extended_beams, lattice
+from ..lights import QuadLight, SunLight
 from ..needs import Needs, Source
-from ..scene import QuadLight, SunLight
 from ..shading import ShadingPoints, reflect
 from ..vectors import Floats
 from .area import Area

@@ -19,8 +19,8 @@ import numpy as np
 from ..common_visibility import CommonVisibility
 from ..errors import InputError
 from ..light_points import beams, colour, extended_beams
+from ..lights import PointLight, QuadLight, SunLight
 from ..needs import Needs, Source
-from ..scene import PointLight, QuadLight, SunLight
 from ..shading import ShadingPoints, reflect
 from ..vectors import Floats, column, dot
 from .analytic import without_shadows

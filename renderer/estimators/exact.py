@@ -16,9 +16,9 @@ import numpy as np
 from ..errors import InputError
 from ..exact.quad import QuadShadows, Tally
 from ..exact.standing import Standing
+from ..lights import QuadLight
 from ..needs import Needs, Source
 from ..penumbra import bounds_alone, mesh_radiance, why_not
-from ..scene import QuadLight
 from ..shading import ShadingPoints
 from ..vectors import Floats
 from .analytic import without_shadows

@@ -16,8 +16,8 @@ from typing import ClassVar
 import numpy as np
 
 from ..light_points import colour, quad_beams, stratum_centres, unit_square
+from ..lights import QuadLight
 from ..needs import Needs, Source
-from ..scene import QuadLight
 from ..shading import ShadingPoints
 from ..unshadowed import quad_patch
 from ..vectors import Floats, column

@@ -12,8 +12,8 @@ from typing import ClassVar
 import numpy as np
 
 from ..light_points import beams, colour, extended_beams, stratum_centres, unit_square
+from ..lights import QuadLight, SunLight
 from ..needs import Needs, Source
-from ..scene import QuadLight, SunLight
 from ..shading import ShadingPoints, reflect
 from ..vectors import Floats
 from .protocol import BLOCK, Claim, square_number

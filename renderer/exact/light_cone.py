@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry import Ints
-from ..scene import QuadLight
+from ..lights import QuadLight
 from ..vectors import Floats, column, cross, dot
 
 Bools = NDArray[np.bool_]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry import Geometry, Ints
-from ..scene import Light, QuadLight
+from ..lights import Light, QuadLight
 from ..shadows import PLANE_ULPS, Blockers
 from ..vectors import Floats, column, cross, dot, unit
 from .convex import Convex, Loop

@@ -20,8 +20,8 @@ import numpy as np
 
 from ..geometry import Ints
 from ..light_points import colour
+from ..lights import QuadLight
 from ..needs import Source
-from ..scene import QuadLight
 from ..shading import ShadingPoints
 from ..unshadowed import quad_light
 from ..vectors import Floats, dot

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..geometry import Geometry, Ints
 from ..light_points import hull
-from ..scene import Light, QuadLight
+from ..lights import Light, QuadLight
 from ..vectors import Floats, column, cross, dot, transform, unit
 from .light_cone import Bools
 from .occluders import GOLDEN

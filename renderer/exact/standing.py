@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..geometry import Ints
-from ..scene import QuadLight
+from ..lights import QuadLight
 from ..shading import ShadingPoints
 from ..shadows import PLANE_ULPS, Blockers
 from ..vectors import Floats, dot

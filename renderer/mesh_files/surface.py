@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..scene import Floats, has_area
+from ..surfaces import Floats, has_area
 
 MAX_TRIANGLES = 1 << 23
 

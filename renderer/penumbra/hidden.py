@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from ..bvh import morton
 from ..common_visibility import CommonVisibility
 from ..geometry import Ints
+from ..lights import QuadLight
 from ..needs import Source
-from ..scene import QuadLight
 from ..silhouette import Outline
 from ..vectors import Floats, column, dot
 from .contour import Rim, layers, pieces

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..lights import QuadLight
 from ..pairs import take
-from ..scene import QuadLight
 from ..silhouette import Outline
 from ..vectors import Floats, column, cross, dot, transform, unit
 

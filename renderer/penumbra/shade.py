@@ -6,8 +6,8 @@ import math
 
 from ..common_visibility import outline_of
 from ..light_points import colour
+from ..lights import QuadLight
 from ..needs import Source
-from ..scene import QuadLight
 from ..shading import ShadingPoints
 from ..unshadowed import quad_light
 from ..vectors import Floats

@@ -9,21 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from ..checked import Vec3
 from ..errors import InputError
+from ..lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
 from ..mesh_files import find_inside, read_mesh_file
-from ..scene import (
-    Camera,
-    DirectionalLight,
-    Ellipsoid,
-    Light,
-    Material,
-    Mesh,
-    PointLight,
-    QuadLight,
-    Scene,
-    SunLight,
-    Vec3,
-)
+from ..scene import Camera, Scene
+from ..surfaces import Ellipsoid, Material, Mesh
 from . import transforms
 from .triangle_pile import TrianglePile
 

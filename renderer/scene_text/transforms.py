@@ -12,8 +12,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ..checked import Vec3
 from ..errors import InputError
-from ..scene import Floats, Vec3
+from ..surfaces import Floats
 
 Row: TypeAlias = tuple[float, float, float, float]
 Affine: TypeAlias = tuple[Row, Row, Row]  # x -> the first three columns times x, plus the fourth

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..scene import Floats, Material, Mesh, has_area
+from ..surfaces import Floats, Material, Mesh, has_area
 from .transforms import Affine, apply_each
 
 

@@ -7,7 +7,10 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from ..scene import DirectionalLight, Ellipsoid, Light, Material, Mesh, PointLight, QuadLight, Scene, Vec3
+from ..checked import Vec3
+from ..lights import DirectionalLight, Light, PointLight, QuadLight
+from ..scene import Scene
+from ..surfaces import Ellipsoid, Material, Mesh
 from .state import check_output
 
 

@@ -13,8 +13,9 @@ import numpy as np
 from renderer.geometry import Geometry
 from renderer.image import prepare
 from renderer.light_points import beams
+from renderer.lights import Light, QuadLight
 from renderer.needs import Source
-from renderer.scene import Light, QuadLight, Scene
+from renderer.scene import Scene
 from renderer.shading import ShadingPoints
 from renderer.shadows import Blockers
 from renderer.vectors import Floats, column, dot

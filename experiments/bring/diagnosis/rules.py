@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from renderer.light_points import colour
-from renderer.scene import Light, PointLight, QuadLight, SunLight
+from renderer.lights import Light, PointLight, QuadLight, SunLight
 from renderer.shading import ShadingPoints
 from renderer.vectors import Floats, column, cross, dot
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from renderer.light_points import Extended, extended_beams
-from renderer.scene import QuadLight, SunLight
+from renderer.lights import QuadLight, SunLight
 from renderer.vectors import Floats
 
 from .case import Case, Guess
