@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from .camera import pixel_centres
 from .edges import Tolerance, near_edges
-from .estimators.protocol import Estimator, Routed
+from .estimators.protocol import Bounded, Estimator
 from .geometry import Geometry, build_geometry
 from .needs import LeftOut, Needs, Source, find_needs
 from .ray_offset import RayOffset
@@ -62,6 +62,9 @@ class Image:
     left_out : tuple of LeftOut
     routes : dict of str to int
         For estimators that choose by the point: pixels times lights that took each route, in the first pass.
+    bound : (h, w) float64, optional
+        For estimators that know it: the largest bound of any value in each pixel, in units of what its light would
+        give if nothing were in the way; inf where there is noise.
     """
 
     first: Floats
@@ -78,6 +81,7 @@ class Image:
     left_out: tuple[LeftOut, ...]
     clumping: float = 1.0
     routes: dict[str, int] = field(default_factory=dict)
+    bound: Floats | None = None
 
     @property
     def shaded(self) -> NDArray[np.bool_]:
@@ -137,20 +141,21 @@ def _stream(job: Job, tile: Tile, number: int, light: int) -> np.random.Generato
     return np.random.default_rng(np.random.SeedSequence(job.seed, spawn_key=(tile.number, number, light + 1)))
 
 
-def _shade(job: Job, tile: Tile, number: int, view: View, needs: Needs, routes: Counter[str]) -> Floats:
-    """Radiance (3, n): what is seen directly, and every light's share, summed."""
-    radiance = view.emission.copy()
+def _shade(job: Job, tile: Tile, number: int, view: View, needs: Needs, routes: Counter[str]) -> tuple[Floats, Floats]:
+    """Radiance (3, n): what is seen directly, and every light's share, summed; and bounds (n,)."""
+    radiance, bounds = view.emission.copy(), np.zeros(view.background.size)
     if view.lit.size:
         for source in needs.sources:
             near = _near(job, source, view)
             rng = _stream(job, tile, number, source.index)
-            if isinstance(job.estimator, Routed):
-                share, taken = job.estimator.with_routes(view.points, near, rng)
+            if isinstance(job.estimator, Bounded):
+                share, bound, taken = job.estimator.with_bounds(view.points, near, rng)
+                bounds[view.lit] = np.maximum(bounds[view.lit], bound)
                 routes.update(taken)
             else:
                 share = job.estimator(view.points, near, rng)
             radiance[:, view.lit] += share
-    return radiance
+    return radiance, bounds
 
 
 def _near(job: Job, source: Source, view: View) -> Source:
@@ -194,7 +199,7 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
     n, boxed = x.size, scene.spp > 1
     passes = job.passes if boxed or job.estimator.is_random(needs) else 1
     unjudged, back = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
-    emitter, background = np.zeros(n), np.zeros(n)
+    emitter, background, bound = np.zeros(n), np.zeros(n), np.zeros(n)
     moments: tuple[_Moments, ...] = ()
     pixels = []
     routes: Counter[str] = Counter()
@@ -205,9 +210,9 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
         if boxed:
             u, v = _stream(job, tile, number, -1).random((2, n, scene.spp)) - 0.5
             view = look(scene, geometry, (x[:, None] + u).ravel(), (y[:, None] + v).ravel())
-        radiance = (
-            _shade(job, tile, number, view, needs, routes if number == 0 else Counter()).reshape(3, n, -1).mean(axis=2)
-        )
+        radiance, bounds = _shade(job, tile, number, view, needs, routes if number == 0 else Counter())
+        radiance = radiance.reshape(3, n, -1).mean(axis=2)
+        bound = np.maximum(bound, bounds.reshape(n, -1).max(axis=1))
         emitter += view.emitter.reshape(n, -1).mean(axis=1)
         background += view.background.reshape(n, -1).mean(axis=1)
         back |= view.back.reshape(n, -1).any(axis=1)
@@ -231,6 +236,7 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
         "emitter": emitter,
         "background": background,
         "unjudged": unjudged,
+        "bound": bound,
         "back": back,
         "routes": routes,
         "pass_sums": np.array([image[shaded].sum() for image in pixels]),
@@ -296,6 +302,7 @@ def render(
             progress(done, len(parts))
     shaded = (arrays["emitter"] == 0) & (arrays["background"] == 0)
     back = int(arrays.pop("back").sum())
+    bound = arrays.pop("bound")
     # Summed in the tiles' order: the bits do not depend on who finished first.
     sums = np.array([pass_sums[number] for number in sorted(pass_sums)])
     return Image(
@@ -305,6 +312,7 @@ def render(
         left_out=needs.left_out,
         clumping=_clumping(sums, arrays["pixel_variance"][shaded]) if common else 1.0,
         routes=dict(sorted(routes.items())),
+        bound=bound if isinstance(estimator, Bounded) else None,
     )
 
 

@@ -12,7 +12,7 @@ from scipy import stats
 
 from experiments import catalogue
 from renderer.estimators import Area, Exact
-from renderer.exact import contour
+from renderer.exact import sections
 from renderer.image import prepare, render
 from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
 from renderer.needs import Source
@@ -139,14 +139,15 @@ def test_images_lie_within_the_noise_of_sampling_at_every_pixel(name):
 @pytest.mark.parametrize("name", ["boxes", "glossy 30"])
 def test_a_lost_outline_edge_is_caught(name, monkeypatch):
     """The planted defect: every outline loses its first edge."""
-    right = contour._outline_arcs
+    right = sections.Square.edges
 
-    def wrong(fan, own, lo, hi, groups, exact):
-        lo = lo.copy()
-        lo[0] = 2.0
-        return right(fan, own, lo, hi, groups, exact)
+    def wrong(square, vertices, points, point):
+        lines = right(square, vertices, points, point)
+        for v in (lines.a, lines.b, lines.c):
+            v[0] = 0
+        return lines
 
-    monkeypatch.setattr(contour, "_outline_arcs", wrong)
+    monkeypatch.setattr(sections.Square, "edges", wrong)
     made = SCENES[name].with_(width=24, height=18)
     sampled = render(made, Area(samples=144, stratified=True), seed=11, passes=40)
     _, pixel, pooled = alarms(render(made, Exact()), sampled, 40)

@@ -8,7 +8,6 @@ from builders import GREY, scene
 from scipy.stats import special_ortho_group
 from test_exact import irradiance
 
-from renderer.exact import fans
 from renderer.lights import QuadLight
 from renderer.surfaces import Mesh
 
@@ -38,9 +37,3 @@ def test_what_a_sliver_hides_shrinks_with_it(seed):
     assert (dark >= -1e-12).all()
     assert (dark <= 4 * np.abs(OFFSETS) + 1e-12).all()
     assert dark.max() > 1e-3  # the wall is there
-
-
-def test_float64_alone_would_lose_whole_lights(monkeypatch):
-    monkeypatch.setattr(fans, "sharpened", lambda height, *_: height)
-    dark = hidden(np.eye(3), 0)
-    assert (np.abs(dark) > 0.1).any()

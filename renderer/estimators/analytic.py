@@ -6,6 +6,7 @@ integral for the sun's disk; I/R^2 and E cos for the lights without extent.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -16,7 +17,7 @@ from ..lights import QuadLight, SunLight
 from ..needs import Needs, Source
 from ..shading import ShadingPoints, reflect
 from ..unshadowed import quad_light, sun_light
-from ..vectors import Floats
+from ..vectors import Floats, column, dot
 from .protocol import Claim
 
 
@@ -48,3 +49,23 @@ def without_shadows(points: ShadingPoints, source: Source) -> Floats:
         return sun_light(points, light, source.glossy)
     d, weight, _ = beams(light, points.position, np.random.default_rng(0), 1, False)
     return reflect(points, d, weight, source.glossy) * colour(light)
+
+
+CLOSED = 1e-12
+"""Bound of the closed forms, relative to their value."""
+ACROSS = 1e-2
+"""The same for the lobe of a sun whose disk is cut by a horizon or large against the lobe."""
+
+
+def closed_bound(points: ShadingPoints, source: Source) -> Floats:
+    """Bounds (n,) of `without_shadows`, relative to its values."""
+    out = np.full(points.count, CLOSED)
+    light = source.light
+    if isinstance(light, SunLight):
+        half, toward = light.half_angle, column(light.direction)
+        out = np.maximum(out, 1e-15 / half**2)  # across the horizon; see `sun_irradiance`
+        lowest = math.sin(half) * 1.001
+        whole = (dot(points.normal, toward) > lowest) & (dot(points.mirror, toward) > lowest)
+        steep = points.shininess * half**2 > 100
+        out[points.specular.any(axis=0) & (steep | ~whole) & source.glossy] = ACROSS
+    return out

@@ -14,14 +14,14 @@ from typing import ClassVar
 import numpy as np
 
 from ..errors import InputError
-from ..exact.quad import QuadShadows, Tally
+from ..exact.quad import QuadShadows
 from ..exact.standing import Standing
 from ..lights import QuadLight
 from ..needs import Needs, Source
 from ..penumbra import bounds_alone, mesh_radiance, why_not
 from ..shading import ShadingPoints
 from ..vectors import Floats
-from .analytic import without_shadows
+from .analytic import closed_bound, without_shadows
 from .control_variate import ControlVariate
 from .protocol import Claim
 
@@ -72,12 +72,12 @@ class Exact:
         )
 
     def __call__(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
-        return self.with_routes(points, source, rng)[0]
+        return self.with_bounds(points, source, rng)[0]
 
-    def with_routes(
+    def with_bounds(
         self, points: ShadingPoints, source: Source, rng: np.random.Generator
-    ) -> tuple[Floats, dict[str, int]]:
-        """Radiance (3, n), and how many of the points took which route.
+    ) -> tuple[Floats, Floats, dict[str, int]]:
+        """Radiance (3, n), bounds (n,) and how many of the points took which route; see `protocol.Bounded`.
 
         Raises
         ------
@@ -88,29 +88,30 @@ class Exact:
             raise InputError(
                 "shadow origin", "mitsuba", f"another estimator than {self.name}, which traces no shadow rays"
             )
-        tally = Tally()
+        n, light = points.count, source.light
         if _by_silhouettes(source):
-            tally.add("silhouette", points.count)
-            return mesh_radiance(points, source, self.finer, self.merge), tally.counts
-        if isinstance(source.light, QuadLight) and (not source.blockers.none or not self.shortcuts):
+            return mesh_radiance(points, source, self.finer, self.merge), np.full(n, SILHOUETTE), {"silhouette": n}
+        if isinstance(light, QuadLight) and (not source.blockers.none or not self.shortcuts):
             if _too_large(source):
-                tally.add("sampled", points.count)
-                return self._sampled(points, source, rng), tally.counts
-            out, left, tally = QuadShadows(points, source, source.light, self.shortcuts, MOST).radiance()
-            if left.size:
-                out[:, left] = self._sampled(points.take(left), source, rng)
-            return out, tally.counts
+                return self._sampled(points, source, rng), np.full(n, np.inf), {"sampled": n}
+            found = QuadShadows(points, source, light, self.shortcuts, MOST).radiance()
+            if found.sampled.size:
+                found.radiance[:, found.sampled] = self._sampled(points.take(found.sampled), source, rng)
+            return found.radiance, found.bound, found.tally.counts
         if source.blockers.none:
-            tally.add("lit", points.count)
-            return without_shadows(points, source), tally.counts
-        tally.add("sampled" if source.has_extent else "exact", points.count)
-        return self._sampled(points, source, rng), tally.counts
+            return without_shadows(points, source), closed_bound(points, source), {"lit": n}
+        if source.has_extent:
+            return self._sampled(points, source, rng), np.full(n, np.inf), {"sampled": n}
+        return self._sampled(points, source, rng), closed_bound(points, source), {"exact": n}
 
     def _sampled(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
         if isinstance(source.light, QuadLight) and self.samples < SAMPLES:
             return ControlVariate(samples=SAMPLES, stratified=True)(points, source, rng)
         return ControlVariate(samples=self.samples, stratified=self.stratified)(points, source, rng)
 
+
+SILHOUETTE = 1e-4
+"""Of the silhouettes of coarse meshes."""
 
 LARGEST = 20_000
 """Triangles before a light beyond which its pieces are not looked for."""

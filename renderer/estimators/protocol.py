@@ -67,11 +67,15 @@ class Estimator(Protocol):
 
 
 @runtime_checkable
-class Routed(Protocol):
-    """An estimator that goes different ways for different points, and says how often it went which."""
+class Bounded(Protocol):
+    """An estimator whose values carry bounds of their errors; it goes different ways for different points."""
 
-    def with_routes(
+    def with_bounds(
         self, points: ShadingPoints, source: Source, rng: np.random.Generator
-    ) -> tuple[Floats, dict[str, int]]:
-        """Reflected radiance (3, n), and the number of points that took each route."""
+    ) -> tuple[Floats, Floats, dict[str, int]]:
+        """Reflected radiance (3, n); bounds (n,); and the number of points that took each route.
+
+        A bound is absolute, in units of what the light would give if nothing were in its way; inf where a value has
+        noise.
+        """
         ...

@@ -1,8 +1,4 @@
-"""Outlines of round bodies inside the light's cone and outside every other occluder.
-
-A circle is cut wherever anything crosses it; each piece then lies inside or outside of everything as a whole, and its
-middle tells. A cut too many costs nothing.
-"""
+"""Outlines of round bodies: arcs of circle cones, and where one crosses another."""
 
 from __future__ import annotations
 
@@ -13,10 +9,7 @@ import numpy as np
 from ..geometry import Ints
 from ..vectors import Floats, dot
 from .crossings import crossings
-from .fans import Fan
-from .light_cone import Bools, LightCone
-from .lines import joined
-from .rounds import Rounds, arc, on_arc, wrapped
+from .rounds import Rounds, arc
 
 
 @dataclass(frozen=True)
@@ -32,100 +25,19 @@ class CircleArcs:
         return CircleArcs(self.cone.take(index), self.first[index], self.last[index])
 
 
-@dataclass(frozen=True)
-class _Against:
-    """Circles against other occluders: pairs (circle, occluder) ascending in the circle.
-
-    A pair hides what lies on all its arcs |phi - middle| <= half (k, c), or in its ``cone``.
-    """
-
-    circle: Ints
-    middle: Floats
-    half: Floats
-    cone: Rounds | None
-    cuts: tuple[Ints, Floats]
-
-    def hides(self, circle: Ints, phi: Floats, circles: Rounds) -> Bools:
-        """Whether any pair hides the points phi (k,) of circles (k,)."""
-        count = np.bincount(self.circle, minlength=circles.point.size)
-        i, j = joined(circle, np.cumsum(count) - count, count)
-        if self.cone is None:
-            hit = np.asarray(on_arc(phi[i], self.middle[:, j], self.half[:, j]).all(axis=0))
-        else:
-            hit = self.cone.take(j).contains(circles.take(circle[i]).direction(phi[i]))
-        return np.asarray(np.bincount(i[hit], minlength=phi.size) > 0)
+def meet(circles: Rounds, others: Rounds) -> tuple[Ints, Floats]:
+    """Where outlines cross as many others, one each: their numbers (m,), and angles on them."""
+    if not (circles.right and others.right):
+        return crossings(circles, others)
+    p, q, m = circles.on(others.e3[:, None])
+    return ends(*arc(p, q, m - others.k3))
 
 
-def circle_arcs(light: LightCone, rounds: Rounds, own: int, others: list[Fan | Rounds], exact: Bools) -> CircleArcs:
-    """The visible outlines of one group of round bodies; ``own`` is its place among the ``others``."""
-    p, q, m = rounds.on(light.planes[..., rounds.point])
-    reaches = (np.sqrt(p * p + q * q) >= -m).all(axis=0) & exact[rounds.point]
-    some = np.flatnonzero(reaches)
-    circles = rounds.take(some)
-    middle, half = arc(p[:, some], q[:, some], m[:, some])
-    some_cut = np.flatnonzero((half > 0) & (half < np.pi))
-    at = some_cut % max(some.size, 1)
-    cuts: list[tuple[Ints, Floats]] = [
-        (at, middle.ravel()[some_cut] - half.ravel()[some_cut]),
-        (at, middle.ravel()[some_cut] + half.ravel()[some_cut]),
-    ]
-    against: list[_Against] = []
-    for place, other in enumerate(others):
-        count = np.bincount(other.point, minlength=exact.size)
-        i, j = joined(circles.point, np.cumsum(count) - count, count)
-        apart = np.flatnonzero(some[i] != j) if place == own else np.arange(i.size)
-        if apart.size:
-            against.append(_meet(circles.take(i[apart]), i[apart], other.take(j[apart])))
-            cuts.append(against[-1].cuts)
-    number = np.concatenate([c[0] for c in cuts])
-    circle, first, last = _pieces(some.size, number, wrapped(np.concatenate([c[1] for c in cuts])))
-    phi = (first + last) / 2
-    seen = np.asarray(on_arc(phi, middle[:, circle], half[:, circle]).all(axis=0))
-    for group in against:
-        seen[seen] = ~group.hides(circle[seen], phi[seen], circles)
-    return CircleArcs(circles.take(circle[seen]), first[seen], last[seen])
-
-
-def _meet(circles: Rounds, number: Ints, other: Fan | Rounds) -> _Against:
-    """Circles against as many occluders, one each."""
-    if isinstance(other, Fan) or (circles.right and other.right):
-        if isinstance(other, Fan):
-            middle, half = circles.spans(other.planes)
-        else:
-            p, q, m = circles.on(other.e3[:, None])
-            middle, half = arc(p, q, m - other.k3)
-        k, c = np.nonzero((half > 0) & (half < np.pi))
-        ends = np.concatenate((middle[k, c] - half[k, c], middle[k, c] + half[k, c]))
-        return _Against(number, middle, half, None, (np.r_[number[c], number[c]], ends))
-    pair, phi = crossings(circles, other)
-    empty = np.empty((0, number.size))
-    return _Against(number, empty, empty, other, (number[pair], phi))
-
-
-def _pieces(count: int, circle: Ints, phi: Floats) -> tuple[Ints, Floats, Floats]:
-    """The pieces of ``count`` circles between cuts at phi (k,) of circles (k,), and at +-pi."""
-    many = np.bincount(circle, minlength=count)
-    order = np.argsort(circle, kind="stable")
-    slot = np.empty(circle.size, dtype=np.int64)
-    slot[order] = np.arange(circle.size) - (np.cumsum(many) - many)[circle[order]]
-    out = []
-    least, most = 0, 2
-    while least <= many.max(initial=0):
-        chosen = np.flatnonzero((many >= least) & (many <= most))
-        if chosen.size:
-            place = np.full(count, -1)
-            place[chosen] = np.arange(chosen.size)
-            mine = np.flatnonzero(place[circle] >= 0)
-            cuts = np.full((chosen.size, most + 2), np.pi)
-            cuts[:, -1] = -np.pi
-            cuts[place[circle[mine]], slot[mine]] = phi[mine]
-            cuts.sort(axis=1)
-            k, row = np.nonzero(cuts[:, :-1] < cuts[:, 1:])
-            out.append((chosen[k], cuts[k, row], cuts[k, row + 1]))
-        least, most = most + 1, most * 2
-    if not out:
-        return np.empty(0, dtype=np.int64), np.empty(0), np.empty(0)
-    return np.concatenate([o[0] for o in out]), np.concatenate([o[1] for o in out]), np.concatenate([o[2] for o in out])
+def ends(middle: Floats, half: Floats) -> tuple[Ints, Floats]:
+    """Both ends of arcs (k, q) that have any: circles (m,) and angles (m,)."""
+    row, column = np.nonzero((half > 0) & (half < np.pi))
+    middle, half = middle[row, column], half[row, column]
+    return np.tile(column, 2), np.concatenate((middle - half, middle + half))
 
 
 def lambert_circles(arcs: CircleArcs, n: Floats) -> Floats:

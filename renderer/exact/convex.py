@@ -5,7 +5,7 @@ Only for building: a handful of vertices each, in plain loops, once per scene an
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -45,10 +45,11 @@ class Convex:
         middles = np.array([self.vertices[:, list(loop)].mean(axis=1) for loop in self.faces]).T
         return normals, (normals * middles).sum(axis=0)
 
-    def shrunk(self, amount: float) -> Convex:
-        """Drawn towards its centre by a relative amount."""
-        centre = self.vertices.mean(axis=1, keepdims=True)
-        return replace(self, vertices=centre + (1 - amount) * (self.vertices - centre))
+    def flatness(self) -> Floats:
+        """How far (f,) each face's own vertices lie from its plane."""
+        normals, offsets = self.planes()
+        heights = normals.T @ self.vertices - offsets[:, None]
+        return np.array([np.abs(heights[k, list(loop)]).max() for k, loop in enumerate(self.faces)])
 
     def in_front(self, normal: Floats, point: Floats) -> Convex | None:
         """The part where normal . (p - point) > 0, for a unit normal (3, 1); None where nothing is left.

@@ -1,10 +1,7 @@
 """What may stand before one light, as convex pieces whose outline any point can look up.
 
-Each piece is cut to the light's front side once: a cone over it then holds exactly what it hides of the light. Each
-is drawn towards its centre by an amount of its own, 1e-11 to 2e-11 of its size: identical pieces become nested
-ones, shared edges and edges that project onto the light's come apart in one consistent order, and no tie is left to
-rounding (which, undecided, costs up to a quarter of the irradiance). What it changes, relative to the unoccluded
-irradiance, over 2,962 points of cornell-boxes against 40 digits: median 2e-12, 99 % 6e-11, largest 1.8e-10.
+Each piece is cut to the light's front side once: a cone over it then holds exactly what it hides of the light. On
+which side of a face a point lies is decided here and once, beyond the rounding of the face's plane and of the point.
 """
 
 from __future__ import annotations
@@ -24,8 +21,8 @@ from .pieces import convex_pieces
 
 Bools = NDArray[np.bool_]
 
-SHRINK = 1e-11
-GOLDEN = 0.6180339887498949
+INSIDE, TOUCHING, BEHIND = -1, -2, -3
+"""Instead of an outline's length: all is hidden; the piece's own faces hide what lies behind them; nothing is."""
 
 
 class _Outlines:
@@ -57,7 +54,7 @@ class _Outlines:
         table[: self.table.shape[0], : self.table.shape[1]] = self.table
         for row, loop in enumerate(loops, start=self.table.shape[0]):
             if loop:
-                table[row] = loop + loop[-1:] * (widest - len(loop))  # an edge of no length clips nothing
+                table[row] = loop + loop[-1:] * (widest - len(loop))  # an edge of no length bounds nothing
         self.table = table
         self.width = np.r_[self.width, [_class(len(loop)) for loop in loops]]
 
@@ -79,8 +76,8 @@ class Occluders:
     radius : (m,) float64
         Balls that hold them.
     normals : (3, f, m) float64
-    offsets : (f, m) float64
-        Face planes; infinitely far where a piece has fewer faces.
+    offsets, flatness : (f, m) float64
+        Face planes; infinitely far where a piece has fewer faces. How far a face's vertices lie from its plane.
     solid : (m,) bool
     members, first : (k,), (m,) int64
         Triangles of the pieces, one after the other, and where each piece's start.
@@ -91,6 +88,7 @@ class Occluders:
     radius: Floats
     normals: Floats
     offsets: Floats
+    flatness: Floats
     solid: Bools
     members: Ints
     first: Ints
@@ -109,35 +107,56 @@ class Occluders:
         chosen[blockers.triangles] = True
         return np.flatnonzero(np.logical_or.reduceat(chosen[self.members], self.first))
 
-    def outline(self, points: Floats, piece: Ints) -> tuple[Ints, Ints, Bools]:
-        """Outline of one piece from each of n points.
+    def outline(self, points: Floats, normal: Floats, piece: Ints) -> tuple[Ints, Ints, Bools]:
+        """Outline of one piece from each of n points (3, n) with unit normals (3, n).
 
         Returns
         -------
         row, width : (n,) int64
-            Row of ``outlines.table``; its length, 0 where the point is inside the piece.
-        edge_on : (n,) bool
-            The point lies in the polygon's plane to rounding, and sees nothing of it.
+            Row of ``outlines.table``; its length, or INSIDE, TOUCHING or BEHIND.
+        on : (f, n) bool
+            Faces in whose plane the point lies to rounding.
         """
-        height = dot(self.normals[:, :, piece], points[:, None]) - self.offsets[:, piece]
+        n = self.normals[:, :, piece]
+        height = dot(n, points[:, None]) - self.offsets[:, piece]
         size = np.abs(points).max(axis=0) + np.abs(self.center[:, piece]).max(axis=0) + self.radius[piece]
-        edge_on = ~self.solid[piece] & (np.abs(height[0]) <= 4 * PLANE_ULPS * size)
+        room = 2 * PLANE_ULPS * size + self.flatness[:, piece]
+        on = np.abs(height) <= room
+        agrees = dot(n, normal[:, None])
+        before = height > room
+        solid = self.solid[piece]
         bits = 1 << np.arange(height.shape[0])
-        row = self.outlines.find((piece << height.shape[0]) + bits @ (height > 0))
-        return row, self.outlines.width[row], edge_on
+        row = self.outlines.find(
+            (piece << height.shape[0]) + bits @ np.where(solid, before | (on & (agrees > 0)), height > 0)
+        )
+        width = self.outlines.width[row]
+        # From within: behind the point's own face nothing is seen; before a face of the other side all is hidden.
+        within = solid & ~before.any(axis=0)
+        against = on & (agrees < 1 - ALONG)
+        width = np.where(
+            within, np.where(on.any(axis=0), np.where(against.any(axis=0), TOUCHING, BEHIND), INSIDE), width
+        )
+        opposite = within & (on.sum(axis=0) == 1) & (on & (agrees < ALONG - 1)).any(axis=0)
+        width[opposite] = INSIDE
+        width[~solid & on[0]] = BEHIND
+        return row, width, on
+
+
+ALONG = 1e-9
+"""One minus the cosine of directions that are one."""
 
 
 @lru_cache(maxsize=16)
 def occluders(geometry: Geometry, light: Light) -> Occluders:
     """The pieces of a scene that can stand before a light."""
     pieces = [part for piece in convex_pieces(geometry) for part in _before(piece, light)]
-    pieces = [piece.shrunk(SHRINK * (1 + (k + 1) * GOLDEN % 1)) for k, piece in enumerate(pieces)]
     faces = max((len(piece.faces) for piece in pieces), default=1)
     m = len(pieces)
-    normals, offsets = np.zeros((3, faces, m)), np.full((faces, m), np.inf)
+    normals, offsets, flatness = np.zeros((3, faces, m)), np.full((faces, m), np.inf), np.zeros((faces, m))
     center, radius = np.zeros((3, m)), np.zeros(m)
     for k, piece in enumerate(pieces):
         normals[:, : len(piece.faces), k], offsets[: len(piece.faces), k] = piece.planes()
+        flatness[: len(piece.faces), k] = piece.flatness()
         center[:, k] = (piece.vertices.min(axis=1) + piece.vertices.max(axis=1)) / 2
         arm = piece.vertices - center[:, [k]]
         radius[k] = np.sqrt(dot(arm, arm).max())
@@ -150,6 +169,7 @@ def occluders(geometry: Geometry, light: Light) -> Occluders:
         radius=radius,
         normals=normals,
         offsets=offsets,
+        flatness=flatness,
         solid=np.array([piece.is_solid for piece in pieces], dtype=bool),
         members=np.array([t for piece in pieces for t in piece.triangles], dtype=np.int64),
         first=np.cumsum(counts) - counts,

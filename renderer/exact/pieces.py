@@ -17,6 +17,8 @@ LARGEST = 64
 """Triangles in a body that may become one piece."""
 FACES = 24
 """Faces of a body that may become one piece."""
+THIN = 1e-9
+"""A body with a face whose plane is known no better than this, relative to its size, stays in parts."""
 
 
 @lru_cache(maxsize=4)
@@ -85,18 +87,33 @@ def _closed_body(points: Floats, index: Ints, group: Ints) -> Convex | None:
     vertices, local = points[:, used], local.reshape(-1, 3)
     a, b, c = (vertices[:, local[:, k]] for k in range(3))
     normal = unit(cross(b - a, c - a))
-    size = np.abs(vertices - vertices[:, :1]).max()
     height = dot(normal[:, :, None], vertices[:, None, :] - a[:, :, None])  # (triangles, vertices)
-    if (height > FLAT * size).any() and (height < -FLAT * size).any():
+    room = _rounding(a, b, c, vertices)
+    if room.max() > THIN * np.abs(vertices - vertices[:, :1]).max():
         return None
-    if (height > FLAT * size).any():  # wound inside out
+    above, below = (height > room[:, None]).any(), (height < -room[:, None]).any()
+    if above and below:
+        return None
+    if above:  # wound inside out
         local = local[:, ::-1]
-    flat = (np.abs(height[:, local]) <= FLAT * size).all(axis=2)  # (triangle, triangle): in its plane
-    face = np.array([np.flatnonzero(row)[0] for row in flat & flat.T])
+    flat = (np.abs(height[:, local]) <= room[:, None, None]).all(axis=2)  # (triangle, triangle): in its plane
+    flat = (flat & flat.T) | np.eye(group.size, dtype=bool)
+    face = flat.argmax(axis=1)
     loops = [_outline(local[face == f]) for f in np.unique(face)]
-    if len(loops) < 4 or len(loops) > FACES:
+    if not 4 <= len(loops) <= FACES or min(map(len, loops)) < 3:
         return None
     return Convex(vertices, tuple(loops), tuple(group.tolist()))
+
+
+def _rounding(a: Floats, b: Floats, c: Floats, vertices: Floats) -> Floats:
+    """How far (t,) a vertex that lies in a triangle's plane may seem to lie from it: more for needles."""
+    size = np.abs(vertices - vertices[:, :1]).max()
+    edges = np.stack((b - a, c - b, a - c))
+    longest = np.sqrt((edges**2).sum(axis=1).max(axis=0))
+    area = cross(b - a, c - a)
+    width = np.sqrt(dot(area, area)) / np.maximum(longest, 1e-300)
+    with np.errstate(divide="ignore", over="ignore"):
+        return np.asarray(FLAT * size + 4 * 2.0**-53 * np.abs(vertices).max() * (1 + size / width))
 
 
 def _outline(triangles: Ints) -> Loop:
@@ -114,6 +131,7 @@ def _quadrilateral(points: Floats, index: Ints, i: int, j: int) -> Convex | None
     turn = cross(step, np.roll(step, -1, axis=1))
     n = unit(cross(v[:, [2]] - v[:, [0]], v[:, [3]] - v[:, [1]]))
     off = np.abs(dot(n, v - v[:, :1]))
-    if off.max() > FLAT * np.abs(step).max() or (dot(n, turn) <= 0).any():
+    room = FLAT * np.abs(step).max() + 4 * 2.0**-53 * np.abs(v).max()
+    if off.max() > room or (dot(n, turn) <= 0).any():
         return None
     return Convex(v, ((0, 1, 2, 3),), (i, j))

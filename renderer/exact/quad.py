@@ -4,37 +4,46 @@ unlit    the light's back, or below the horizon: exactly 0
 lit      nothing reaches into the light's cone: closed form
 hidden   one occluder holds the whole light, or nothing is left of the contour: exactly 0
 exact    the boundary integral over the visible contour
+coarse   the same, where its bound is above COARSE
 silhouette  big closed meshes: see `penumbra`; taken for all points at once (`estimators.exact`)
 sampled  too many candidates: the closed form minus a Monte Carlo estimate of what is hidden
 
-Accuracy is absolute, relative to the unoccluded value: what is left of a light deep in penumbra is a difference.
-Measured: at most 1.8e-10 (see `occluders`); 1e-12 where nothing is partly hidden.
+Each value comes with a bound of its error in units of the unoccluded value: what is left of a light deep in penumbra
+is a difference.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..closed_forms.irradiance import irradiance
+from ..closed_forms.phong_lobe import phong_lobe
 from ..geometry import Ints
 from ..light_points import colour
 from ..lights import QuadLight
 from ..needs import Source
 from ..shading import ShadingPoints
 from ..unshadowed import quad_light
-from ..vectors import Floats, dot
-from .circles import lambert_circles
-from .contour import Contour, visible_contour
-from .kernels import lambert_arcs, lobe_arcs, lobe_circles
-from .light_cone import cut_cone, light_corners, whole_cone
+from ..vectors import Floats, column, dot
+from .integrals import Integral, displaced, over_arcs, over_nodes, small_lights
+from .sections import Bools
 from .standing import Standing, portions
+from .strips import Bodies, Trapezoids, rims, trapezoids
 
 BLOCK = 4096
 """Points handled at once."""
 
-ROUTES = ("unlit", "lit", "hidden", "exact", "silhouette", "sampled")
+ROUTES = ("unlit", "lit", "hidden", "exact", "coarse", "silhouette", "sampled")
+
+ENOUGH = 1e-10
+"""A bound for which the lobe of the whole light need not be known."""
+CLOSED = 1e-12
+"""Of the closed forms where nothing is in the way."""
+COARSE = 1e-6
+"""A bound that the route tells of."""
 
 
 @dataclass
@@ -45,6 +54,28 @@ class Tally:
 
     def add(self, route: str, count: int) -> None:
         self.counts[route] += int(count)
+
+
+@dataclass(frozen=True)
+class Found:
+    """Light at n points.
+
+    Parameters
+    ----------
+    radiance : (3, n) float64
+        Reflected radiance; 0 at the points left to sampling.
+    bound : (n,) float64
+        Of its error, in units of what the whole light would give.
+    sampled : (k,) int64
+        The points left to sampling.
+    tally : Tally
+        The routes taken.
+    """
+
+    radiance: Floats
+    bound: Floats
+    sampled: Ints
+    tally: Tally
 
 
 @dataclass(frozen=True)
@@ -68,88 +99,111 @@ class QuadShadows:
     shortcuts: bool
     most: int
 
-    def radiance(self) -> tuple[Floats, Ints, Tally]:
-        """Reflected radiance (3, n); the points (k,) left to sampling, which are 0; the routes taken."""
+    def radiance(self) -> Found:
+        """Light at all points but those left to sampling."""
         points, tally = self.points, Tally()
-        out, lit, left = np.zeros((3, points.count)), [], []
-        whole, cut = self._sides()
-        tally.add("unlit", points.count - whole.size - cut.size)
+        found = Found(np.zeros((3, points.count)), np.zeros(points.count), np.empty(0, dtype=np.int64), tally)
+        lit, left = [], []
+        faced = self._faced()
+        tally.add("unlit", points.count - faced.size)
         standing = Standing.before(self.light, self.source.blockers)
-        for index, clipped in ((whole, False), (cut, True)):
-            for start in range(0, index.size, BLOCK):
-                free, sampled = self._block(index[start : start + BLOCK], clipped, standing, out, tally)
-                lit.append(free)
-                left.append(sampled)
+        for start in range(0, faced.size, BLOCK):
+            free, sampled = self._block(faced[start : start + BLOCK], standing, found)
+            lit.append(free)
+            left.append(sampled)
         free = np.sort(np.concatenate([*lit, np.empty(0, dtype=np.int64)]))
         tally.add("lit", free.size)
         if free.size:
             few = points if free.size == points.count else points.take(free)
-            out[:, free] = quad_light(few, self.light, self.source.glossy)
+            found.radiance[:, free] = quad_light(few, self.light, self.source.glossy)
+            found.bound[free] = CLOSED
         sampled = np.sort(np.concatenate([*left, np.empty(0, dtype=np.int64)]))
+        found.bound[sampled] = np.inf
         tally.add("sampled", sampled.size)
-        return out, sampled, tally
+        return replace(found, sampled=sampled)
 
-    def _sides(self) -> tuple[Ints, Ints]:
-        """Points that the light faces: those it is wholly above, and those whose horizon cuts it."""
-        corners = light_corners(self.light, self.points.position)
-        z = dot(self.points.normal[:, None], corners)
-        facing = dot(np.cross(self.light.ab, self.light.ac), corners[:, 0]) > 0
-        top, bottom = z.max(axis=0), z.min(axis=0)
-        return np.flatnonzero(facing & (bottom >= 0) & (top > 0)), np.flatnonzero(facing & (bottom < 0) & (top > 0))
+    def _faced(self) -> Ints:
+        """Points that the light faces, and above whose horizon it reaches."""
+        p, ab, ac = column(self.light.corner) - self.points.position, column(self.light.ab), column(self.light.ac)
+        facing = dot(np.cross(self.light.ab, self.light.ac), p) > 0
+        top = np.maximum.reduce([dot(self.points.normal, v) for v in (p, p + ab, p + ac, p + ab + ac)])
+        return np.flatnonzero(facing & (top > 0))
 
-    def _block(self, index: Ints, clipped: bool, standing: Standing, out: Floats, tally: Tally) -> tuple[Ints, Ints]:
+    def _block(self, index: Ints, standing: Standing, out: Found) -> tuple[Ints, Ints]:
         """Fill in the points that are not lit or sampled; those that are."""
         points = self.points.take(index)
-        corners = light_corners(self.light, points.position)
         if self.shortcuts:
-            standing = standing.near(points.position, corners[:, :, 0] + points.position[:, [0]])
+            standing = standing.near(points.position)
             if standing.none:
                 return index, np.empty(0, dtype=np.int64)
-        cone = cut_cone(corners, points.normal) if clipped else whole_cone(corners)
-        pairs = standing.pairs(points, cone.planes, self.shortcuts)
-        awkward = np.unique(pairs.point[pairs.awkward])
+        pairs = standing.pairs(points, self.shortcuts)
+        awkward = standing.awkward(points, pairs)
         work = np.unique(pairs.point) if self.shortcuts else np.arange(index.size)
         free, left = np.ones(index.size, dtype=bool), np.zeros(index.size, dtype=bool)
-        free[work], left[awkward] = False, True
-        for some, portion in portions(np.setdiff1d(work, awkward), pairs.point):
+        crowded = np.flatnonzero(np.bincount(pairs.point, minlength=index.size) > self.most)
+        free[work] = False
+        left[awkward], left[crowded] = True, True
+        for some, portion in portions(work[~left[work]], pairs.point):
             chosen = points.take(some)
-            groups, inside = standing.groups(chosen, some, pairs, portion)
-            found = visible_contour(cone.take(some), groups, inside, self.shortcuts, self.most)
-            many = (found.candidates > self.most) & ~found.hidden
-            lit = found.lit & self.shortcuts
-            free[some[lit]], left[some[many]] = True, True
-            done = np.flatnonzero(~many & ~lit)
-            out[:, index[some[done]]] = self._reflected(chosen, found)[:, done]
-            tally.add("hidden", found.hidden.sum())
-            tally.add("exact", done.size - found.hidden.sum())
+            bodies, inside = standing.bodies(chosen, some, pairs, portion)
+            bodies, parts = trapezoids(bodies, self.shortcuts)
+            hidden, lit = parts.hidden(some.size), parts.lit.copy()
+            hidden[inside], lit[inside] = True, False
+            free[some[lit]] = True
+            out.tally.add("hidden", hidden.sum())
+            rest = np.flatnonzero(~hidden & ~lit)
+            value, bound = self._reflected(chosen, bodies, parts, rest)
+            place = index[some[rest]]
+            out.radiance[:, place], out.bound[place] = value * colour(self.light), bound
+            out.tally.add("coarse", (bound > COARSE).sum())
+            out.tally.add("exact", (bound <= COARSE).sum())
         return index[free], index[left]
 
-    def _reflected(self, points: ShadingPoints, found: Contour) -> Floats:
-        """Reflected radiance (3, n) of the contour's arcs."""
-        total = self._total(points, found, lobe=False)
-        out = points.diffuse * (np.maximum(total, 0.0) / (2 * math.pi))
+    def _reflected(self, points: ShadingPoints, bodies: Bodies, parts: Trapezoids, rest: Ints) -> tuple[Floats, Floats]:
+        """Radiance (3, k) of unit light at the points ``rest`` (k,), and its bound."""
+        number = np.full(points.count, -1)
+        number[rest] = np.arange(rest.size)
+        parts = parts.take(np.flatnonzero(number[parts.point] >= 0))
+        small, small_lobe = small_lights(points, bodies.square)
+        bent = np.zeros(points.count, dtype=bool)
+        for group in bodies.rounds:
+            bent[group.point] = True
+        few, kd, ks = points.take(rest), points.diffuse[:, rest], points.specular[:, rest]
+        lambert = _integral(points, bodies, parts, small & ~bent, lobe=False).take(rest)
+        value, error = kd * lambert.value, kd * lambert.error
         if self.source.glossy and points.is_glossy:
-            total = self._total(points, found, lobe=True)
-            out += points.specular * (np.maximum(total, 0.0) / (2 * math.pi))
-        return np.asarray(out * colour(self.light))
+            lobe = _integral(points, bodies, parts, small_lobe & ~bent, lobe=True).take(rest)
+            value, error = value + ks * lobe.value, error + ks * lobe.error
+        # What is left is less than the whole: mostly that tells enough.
+        bound = np.where(error > 0, _ratio(error, value - error), 0.0).max(axis=0)
+        unsure = np.flatnonzero(bound > ENOUGH)
+        if unsure.size:
+            least = self._whole(few.take(unsure))
+            bound[unsure] = np.where(error[:, unsure] > 0, _ratio(error[:, unsure], least), 0.0).max(axis=0)
+        return value / (2 * math.pi), np.minimum(bound, 1.0)
 
-    def _total(self, points: ShadingPoints, found: Contour, lobe: bool) -> Floats:
-        """The boundary integral (n,) of the irradiance, twice it, or of the lobe, s + 2 times it."""
-        wanted = (points.specular.max(axis=0) > 0) | (not lobe)
-        total = np.zeros(points.count)
-        arcs = found.arcs.take(np.flatnonzero(wanted[found.arcs.point]))
-        if lobe:
-            share = lobe_arcs(arcs.start, arcs.end, *_lobe_of(points, arcs.point))
-        else:
-            share = lambert_arcs(arcs.start, arcs.end, points.normal[:, arcs.point])
-        total += np.bincount(arcs.point, arcs.sign * share, points.count)
-        for circles in found.circles:
-            few = circles.take(np.flatnonzero(wanted[circles.cone.point]))
-            p = few.cone.point
-            share = lobe_circles(few, *_lobe_of(points, p)) if lobe else lambert_circles(few, points.normal[:, p])
-            total -= np.bincount(p, share, points.count)
-        return total
+    def _whole(self, points: ShadingPoints) -> Floats:
+        """At least what the whole light would give (3, n), as sums of arcs have it."""
+        corner, ab, ac = (column(v) for v in (self.light.corner, self.light.ab, self.light.ac))
+        full, rounding = irradiance(points.position, points.normal, corner, ab, ac)
+        out = points.diffuse * (2 * full * (1 - rounding))
+        if self.source.glossy and points.is_glossy:
+            n, w, s = points.normal, points.mirror, points.shininess
+            peak, rounding = phong_lobe(points.position, n, w, s, corner, ab, ac)
+            out += points.specular * ((s + 2) * peak * (1 - rounding))
+        return np.asarray(out)
 
 
-def _lobe_of(points: ShadingPoints, index: Ints) -> tuple[Floats, Floats, Floats]:
-    return points.normal[:, index], points.mirror[:, index], points.shininess[index]
+def _integral(points: ShadingPoints, bodies: Bodies, parts: Trapezoids, small: Bools, lobe: bool) -> Integral:
+    """By nodes at points to which the light is small, by arcs at the others."""
+    arcs, circles = rims(bodies, parts.take(np.flatnonzero(~small[parts.point])))
+    one = over_arcs(points, arcs, circles, lobe)
+    two = over_nodes(points, bodies.square, parts.take(np.flatnonzero(small[parts.point])), lobe)
+    error = one.error + two.error + displaced(points, bodies.square, bodies.shift(), lobe)
+    return Integral(np.maximum(one.value + two.value, 0.0), error)
+
+
+def _ratio(error: Floats, least: Floats) -> Floats:
+    """error / least, inf where nothing is known to be there."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        return np.asarray(np.where(least > 0, error / least, np.inf))

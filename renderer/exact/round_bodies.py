@@ -10,13 +10,10 @@ import numpy as np
 from ..geometry import Geometry, Ints
 from ..light_points import hull
 from ..lights import Light, QuadLight
+from ..shadows import PLANE_ULPS
 from ..vectors import Floats, column, cross, dot, transform, unit
-from .light_cone import Bools
-from .occluders import GOLDEN
-from .rounds import Rounds, ellipsoids, spheres
-
-SHRINK = 1e-12
-"""As for pieces: coincident bodies become nested ones."""
+from .occluders import ALONG, BEHIND, INSIDE, TOUCHING
+from .rounds import Bools, Rounds, ellipsoids, spheres
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +29,7 @@ class RoundBodies:
         Ellipsoid to unit sphere.
     sphere : (e,) bool
     behind : (e,) bool
-        Wholly behind the light.
+        Wholly behind the light, or another one over again.
     awkward : (e,) bool
         Crossing the light's plane, or around the light: left to sampling.
     """
@@ -44,28 +41,55 @@ class RoundBodies:
     behind: Bools
     awkward: Bools
 
-    def seen(self, points: Floats, point: Ints, body: Ints) -> tuple[list[Rounds], Ints]:
-        """Cones of pairs of a point (ascending) and a body, and the points (k,) inside a body."""
-        local = np.einsum("qij,jq->iq", self.inverse[body], points[:, point] - self.center[:, body])
-        outside = dot(local, local) >= 1
+    def sides(self, points: Floats, normal: Floats, own: Bools, body: Ints) -> tuple[Ints, Floats]:
+        """Where points (3, q) with unit normals (3, q) are to bodies (q,), and the bodies' outward normals there.
+
+        Parameters
+        ----------
+        own : (q,) bool
+            The point lies on the body.
+
+        Returns
+        -------
+        side : (q,) int
+            OUTSIDE; INSIDE, also on the inner side of its surface: all is hidden; BEHIND, on the outer side: nothing
+            is; TOUCHING: on the surface, and facing another way.
+        outward : (3, q) float64
+        """
+        inverse = self.inverse[body]
+        local = np.einsum("qij,jq->iq", inverse, points - self.center[:, body])
+        outward = unit(np.einsum("qji,jq->iq", inverse, local))
+        square = dot(local, local)
+        coordinates = np.abs(points).max(axis=0) + np.abs(self.center[:, body]).max(axis=0)
+        room = 4 * PLANE_ULPS * (1 + coordinates * np.abs(inverse).sum(axis=2).max(axis=1))
+        on = own | (np.abs(square - 1) <= room)
+        agrees = dot(outward, normal)
+        met = np.where(agrees > 1 - ALONG, BEHIND, np.where(agrees < ALONG - 1, INSIDE, TOUCHING))
+        return np.where(
+            on, np.where(own, np.where(agrees > 0, BEHIND, INSIDE), met), np.where(square > 1, OUTSIDE, INSIDE)
+        ), outward
+
+    def seen(self, points: Floats, point: Ints, body: Ints) -> list[Rounds]:
+        """Cones of pairs of a point (ascending) and a body around none of the points."""
         groups = []
         for kind in (True, False):
-            mine = np.flatnonzero(outside & (self.sphere[body] == kind))
+            mine = np.flatnonzero(self.sphere[body] == kind)
             if mine.size:
                 b = body[mine]
                 if kind:
                     groups.append(spheres(points, point[mine], self.center[:, b], self.reach[b]))
                 else:
                     groups.append(ellipsoids(points, point[mine], self.center[:, b], self.inverse[b]))
-        return groups, point[~outside]
+        return groups
+
+
+OUTSIDE = 0
 
 
 @lru_cache(maxsize=16)
 def round_bodies(geometry: Geometry, light: Light) -> RoundBodies:
-    """A scene's ellipsoids, drawn towards their centres by amounts of their own."""
-    count = geometry.ellipsoids
-    amount = 1 - SHRINK * (1 + (np.arange(count) + 1) * GOLDEN % 1)
-    axes = geometry.axes * amount[:, None, None]
+    """A scene's ellipsoids; of those that are one to rounding, one."""
+    count, axes = geometry.ellipsoids, geometry.axes
     sizes = np.linalg.svd(axes, compute_uv=False).reshape(count, 3)
     behind, awkward = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
     if isinstance(light, QuadLight) and count:
@@ -77,11 +101,25 @@ def round_bodies(geometry: Geometry, light: Light) -> RoundBodies:
         for k in range(count):
             local = transform(geometry.inverse[k], corners - geometry.center[:, [k]])
             awkward[k] |= bool((dot(local, local) < 1).any())
+    behind |= _repeated(geometry.center, axes)
     return RoundBodies(
         center=geometry.center,
         reach=sizes[:, 0],
-        inverse=np.linalg.inv(axes),
+        inverse=geometry.inverse,
         sphere=sizes[:, 0] - sizes[:, 2] <= 1e-12 * sizes[:, 0],
         behind=behind,
         awkward=awkward & ~behind,
     )
+
+
+def _repeated(center: Floats, axes: Floats) -> Bools:
+    """Which ellipsoids (e,) are an earlier one to rounding."""
+    count = center.shape[1]
+    square = np.einsum("eij,ekj->eik", axes, axes)
+    out = np.zeros(count, dtype=bool)
+    for k in range(1, count):
+        room = 16 * 2.0**-53
+        moved = np.abs(center[:, :k] - center[:, [k]]).max(axis=0) <= room * np.abs(center[:, k]).max()
+        turned = np.abs(square[:k] - square[k]).max(axis=(1, 2)) <= room * np.abs(square[k]).max()
+        out[k] = (moved & turned & ~out[:k]).any()
+    return out

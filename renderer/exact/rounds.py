@@ -12,11 +12,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..closed_forms import double_double as dd
 from ..geometry import Ints
-from ..vectors import Floats, cross, dot, frame, transform
-from .light_cone import Bools, LightCone
+from ..vectors import Floats, cross, dot, frame
+
+Bools = NDArray[np.bool_]
 
 TINY = 1e-300
 ALL, NONE = 4.0, -1.0
@@ -60,58 +62,14 @@ class Rounds:
         """Arcs |phi - middle| <= half (p, q) of the circle inside planes (3, p, q)."""
         return arc(*self.on(planes))
 
-    def reaches(self, light: LightCone) -> Bools:
-        """Which circles (q,) may come into the light's cone: they reach the inner side of every plane."""
-        p, q, m = self.on(light.planes[..., self.point])
-        return np.asarray((np.sqrt(p * p + q * q) >= -m).all(axis=0))
-
-    def hides(self, light: LightCone) -> tuple[Floats, Floats]:
-        """The part [lo, hi] (e, q) of each light edge that each pair hides."""
-        return self.clip(*(v[..., self.point] for v in (light.start, light.end, light.planes)))
-
-    def cover(self, pair: Ints, start: Floats, end: Floats) -> tuple[Floats, Floats]:
-        """The part [lo, hi] (c,) of edges (3, c) that the pairs numbered (c,) hide."""
-        lo, hi = self.take(pair).clip(start[:, None], end[:, None], cross(start, end)[:, None])
-        return lo[0], hi[0]
-
-    def clip(self, start: Floats, end: Floats, plane: Floats) -> tuple[Floats, Floats]:
-        """The part [lo, hi] (e, q) of edges (3, e, q) in planes (3, e, q) inside the cone; 2, -1 where there is none.
-
-        Scaled by (k3 d1 - k1 d3, k3 d2, rho d3) it is the cone w1^2 + w2^2 <= z^2. The discriminant is k3^2 times that
-        of the edge's plane on the circle, and is taken from there: chord and arc appear together.
-        """
-        own, step = cross(start, end), end - start
-        p, q, m = self.on(plane)
-        reach = np.sqrt(p * p + q * q)
-        s2 = (reach - m) * (reach + m) * (dot(own, own) / np.maximum(dot(plane, plane), TINY))
-        a, g = self._flattened(start), self._flattened(step)
-        cc, b = a[0] * a[0] + a[1] * a[1] - a[2] * a[2], a[0] * g[0] + a[1] * g[1] - a[2] * g[2]
-        h = np.sqrt(g[0] * g[0] + g[1] * g[1])
-        aa = (h - g[2]) * (h + g[2])
-        root = -(b + np.copysign(self.k3 * np.sqrt(np.maximum(s2, 0)), b))
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            one = np.where(aa == 0, -np.copysign(1e300, root), root / aa)
-            two = np.where(root == 0, one, cc / root)
-            low, high = np.minimum(one, two), np.maximum(one, two)
-            both = aa > 0  # both crossings on one nappe
-            up = np.where(both, a[2] + g[2] * np.clip(low, -1e200, 1e200), g[2]) > 0
-        lo = np.where(both, low, np.where(up, high, -np.inf))
-        hi = np.where(both, high, np.where(up, np.inf, low))
-        there = np.where(both, (s2 > 0) & up, g[2] != 0) & ((s2 > 0) | (self.k3 == 0))
-        return np.where(there, np.maximum(lo, 0.0), 2.0), np.where(there, np.minimum(hi, 1.0), -1.0)
-
-    def _flattened(self, d: Floats) -> tuple[Floats, Floats, Floats]:
-        d1, d2, d3 = (dot(d, e[:, None]) for e in (self.e1, self.e2, self.e3))
-        return self.k3 * d1 - self.k1 * d3, self.k3 * d2, self.rho * d3
+    def flattened(self, d: Floats) -> Floats:
+        """Directions (3, q) scaled so that the cone is w1^2 + w2^2 <= w3^2."""
+        d1, d2, d3 = dot(d, self.e1), dot(d, self.e2), dot(d, self.e3)
+        return np.stack((self.k3 * d1 - self.k1 * d3, self.k3 * d2, self.rho * d3))
 
     def direction(self, phi: Floats) -> Floats:
         """v(phi) (3, q)."""
         return (self.k1 + self.rho * np.cos(phi)) * self.e1 + self.rho * np.sin(phi) * self.e2 + self.k3 * self.e3
-
-    def contains(self, d: Floats) -> Bools:
-        """Whether directions (3, q) lie in the cones."""
-        d1, d2, d3 = dot(d, self.e1), dot(d, self.e2), dot(d, self.e3)
-        return (d3 > 0) & ((self.k3 * d1 - self.k1 * d3) ** 2 + (self.k3 * d2) ** 2 <= (self.rho * d3) ** 2)
 
 
 def arc(p: Floats, q: Floats, m: Floats) -> tuple[Floats, Floats]:
@@ -125,11 +83,6 @@ def arc(p: Floats, q: Floats, m: Floats) -> tuple[Floats, Floats]:
 def wrapped(phi: Floats) -> Floats:
     """Into [-pi, pi]."""
     return phi - 2 * np.pi * np.round(phi / (2 * np.pi))
-
-
-def on_arc(phi: Floats, middle: Floats, half: Floats) -> Bools:
-    """Whether angles lie on arcs: by angle, as the sign of p cos + q sin + m is noise at tangency."""
-    return np.abs(wrapped(phi - middle)) <= half
 
 
 def spheres(points: Floats, point: Ints, center: Floats, radius: Floats) -> Rounds:
@@ -167,9 +120,3 @@ def ellipsoids(points: Floats, point: Ints, center: Floats, inverse: Floats) -> 
     k1, k3, rho = al * be, b2, np.sqrt(l1 * b3)
     scale = 1 / np.maximum(np.sqrt(k1 * k1 + k3 * k3 + rho * rho), TINY)
     return Rounds(point, e1, cross(e3, e1), e3, k1 * scale, k3 * scale, rho * scale, False)
-
-
-def inside_ellipsoid(points: Floats, center: Floats, inverse: Floats) -> Bools:
-    """Whether points (3, n) lie in one ellipsoid."""
-    local = transform(inverse, points - center)
-    return np.asarray(dot(local, local) < 1)

@@ -46,15 +46,14 @@ def in_shaft(center: Floats, radius: Floats, n: Floats, d: Floats) -> Ints:
     return np.flatnonzero(~(dot(n[:, :, None], center[:, None]) - d[:, None] > far).any(axis=0))
 
 
-def reaching(center: Floats, radius: Floats, points: Floats, planes: Floats, normal: Floats) -> tuple[Ints, Ints]:
-    """Pairs (point, ball), ascending in point, whose ball reaches the cone of planes (3, p, n) and the horizon."""
-    all_planes = np.concatenate((planes, normal[:, None]), axis=1)
-    length = np.sqrt(dot(all_planes, all_planes))
-    base = dot(all_planes, points[:, None])
+def reaching(center: Floats, radius: Floats, points: Floats, planes: Floats) -> tuple[Ints, Ints]:
+    """Pairs (point, ball), ascending in point, whose ball reaches the inner side of all planes (3, p, n)."""
+    length = np.sqrt(dot(planes, planes))
+    base = dot(planes, points[:, None])
     size = np.abs(points).max(initial=0) + np.abs(center).max(initial=0)
     reaches = np.ones((points.shape[1], radius.size), dtype=bool)
-    for k in range(all_planes.shape[1]):
-        height = all_planes[:, k].T @ center
+    for k in range(planes.shape[1]):
+        height = planes[:, k].T @ center
         height -= base[k][:, None]
         reaches &= height > -length[k][:, None] * (radius + ROOM * size)
     point, ball = np.nonzero(reaches)

@@ -1,0 +1,122 @@
+"""Boundary integrals of what is left of a light, each with a bound of its error.
+
+Twice the irradiance, and s + 2 times the lobe integral, for unit radiance: sums over arcs, or positive terms at
+quadrature nodes where the light is small and a sum of arcs would cancel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..geometry import Ints
+from ..shading import ShadingPoints
+from ..vectors import Floats, dot
+from .circles import CircleArcs, lambert_circles
+from .kernels import lambert_arcs, lobe_arcs, lobe_circles
+from .sections import Bools, Square
+from .strips import Arcs, Trapezoids
+
+
+def _shim(f):
+    def g(*a):
+        v = f(*a)
+        return v, 1e-14 + 0 * v
+
+    return g
+
+
+lambert_arcs, lobe_arcs, lobe_circles, lambert_circles = map(
+    _shim, (lambert_arcs, lobe_arcs, lobe_circles, lambert_circles)
+)
+
+NODES = 8
+"""Gauss-Legendre nodes each way over a part of a small light."""
+SMALL = 0.2
+"""Half diagonal over distance below which a light is small: the integrand's poles are then five half sides away."""
+QUADRATURE = 1e-12
+"""Relative error of the nodes' sum over a part of a small light."""
+
+
+@dataclass(frozen=True)
+class Integral:
+    """Value and absolute error bound, each (n,)."""
+
+    value: Floats
+    error: Floats
+
+    def take(self, index: Ints) -> Integral:
+        """At some of the points."""
+        return Integral(self.value[index], self.error[index])
+
+
+def over_arcs(points: ShadingPoints, arcs: Arcs, circles: list[CircleArcs], lobe: bool) -> Integral:
+    """The integral over arcs of the points wanted: all, or for the lobe those with one."""
+    wanted = (points.specular.max(axis=0) > 0) | (not lobe)
+    value, error = np.zeros(points.count), np.zeros(points.count)
+    few = arcs.take(np.flatnonzero(wanted[arcs.point]))
+    p = few.point
+    if lobe:
+        share, bound = lobe_arcs(few.start, few.end, points.normal[:, p], points.mirror[:, p], points.shininess[p])
+    else:
+        share, bound = lambert_arcs(few.start, few.end, points.normal[:, p])
+    value += np.bincount(p, share, points.count)
+    error += np.bincount(p, bound, points.count)
+    for part in circles:
+        some = part.take(np.flatnonzero(wanted[part.cone.point]))
+        p = some.cone.point
+        n, w, s = points.normal[:, p], points.mirror[:, p], points.shininess[p]
+        share, bound = lobe_circles(some, n, w, s) if lobe else lambert_circles(some, n)
+        value -= np.bincount(p, share, points.count)
+        error += np.bincount(p, bound, points.count)
+    return Integral(value, error)
+
+
+def small_lights(points: ShadingPoints, square: Square) -> tuple[Bools, Bools]:
+    """Points (n,) to which the light is small, and those of them to whose lobe it is."""
+    middle = square.p + 0.5 * (square.ab + square.ac)
+    distance = np.sqrt(dot(middle, middle))
+    reach = 0.5 * (np.sqrt(dot(square.ab, square.ab)) + np.sqrt(dot(square.ac, square.ac)))
+    small = reach < SMALL * distance
+    slant = dot(points.mirror, middle) / distance  # t at the middle; it changes by the light's half angle
+    spread = reach / distance
+    steep = points.shininess * spread / np.maximum(slant - spread, 1e-300)
+    return np.asarray(small), np.asarray(small & (slant > 2 * spread) & (steep < 1))
+
+
+def over_nodes(points: ShadingPoints, square: Square, parts: Trapezoids, lobe: bool) -> Integral:
+    """The integral over trapezoids between straight lines, as a sum of positive terms."""
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    nodes, weights = (nodes + 1) / 2, weights / 2
+    point, total = parts.point, np.zeros(parts.point.size)
+    n, w, s = points.normal[:, point], points.mirror[:, point], points.shininess[point]
+    volume = np.abs(dot(np.cross(square.ab, square.ac, axis=0), square.p))[point]
+    for x, across in zip(nodes, weights, strict=True):
+        u = parts.u[0] + x * (parts.u[1] - parts.u[0])
+        low, high = (v[0] + x * (v[1] - v[0]) for v in parts.v)
+        for y, up in zip(nodes, weights, strict=True):
+            d = square.at(point, u, low + y * (high - low))
+            square_length = dot(d, d)
+            f = np.maximum(dot(n, d), 0.0) / square_length**2
+            if lobe:
+                f *= (s + 2) * np.maximum(dot(w, d) / np.sqrt(square_length), 0.0) ** s
+            total += (across * up) * (high - low) * f
+    value: Floats = np.bincount(point, total * (parts.u[1] - parts.u[0]) * volume, points.count) * (1 if lobe else 2)
+    return Integral(value, QUADRATURE * value)
+
+
+def displaced(points: ShadingPoints, square: Square, shift: Floats, lobe: bool) -> Floats:
+    """What (n,) curves may take or give that lie so far (n,) from where they should, summed, in the square.
+
+    That times a curve's length, at most the diagonal, times the largest integrand.
+    """
+    normal = np.cross(square.ab, square.ac, axis=0)
+    volume = np.abs(dot(normal, square.p))
+    middle = square.p + 0.5 * (square.ab + square.ac)
+    reach = 0.5 * (np.sqrt(dot(square.ab, square.ab)) + np.sqrt(dot(square.ac, square.ac)))
+    height, far = volume / np.sqrt(dot(normal, normal)), np.sqrt(dot(middle, middle))
+    nearest = np.maximum(far - reach, height)
+    top = np.maximum.reduce([dot(points.normal, corner) for corner in square.corners])
+    largest = volume * np.minimum(top, far + reach) / nearest**4
+    return np.asarray(1.5 * shift * largest * ((points.shininess + 2) if lobe else 2))
