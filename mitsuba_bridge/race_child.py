@@ -3,7 +3,7 @@
 Pixels by area are `mi.render`'s own, with a box filter, which is Mitsuba at its fastest; pixel centres go through
 `passes`. Each size runs once apart, unless that took long already: kernels are compiled for it. A time ends when
 the image lies in NumPy's memory, since Dr.Jit returns long before its work is done. The scene is without Embree's
-robust mode, which the reference needs: nobody's Mitsuba has it by default, and it takes a twelfth more time.
+robust mode, which the reference needs: nobody's Mitsuba has it by default.
 """
 
 from __future__ import annotations
