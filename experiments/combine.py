@@ -79,6 +79,7 @@ def combine_references(parts: Sequence[Reference]) -> Reference:
         pixel_standard_error=error("pixel_standard_error"),
         emitter=first.emitter if same else mean("emitter"),
         background=first.background if same else mean("background"),
+        holes=np.maximum.reduce([part.holes for part in parts]),
         pass_means=mean("pass_means"),
         samples=sum(part.samples for part in parts),
         passes=sum(part.passes for part in parts),

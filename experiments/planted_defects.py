@@ -142,6 +142,7 @@ def as_reference(image: Image, name: str) -> Reference:
         pixel_standard_error=np.sqrt(image.pixel_variance / passes),
         emitter=image.emitter,
         background=image.background,
+        holes=np.zeros_like(image.background),
         pass_means=image.pass_means,
         samples=passes,
         passes=passes,

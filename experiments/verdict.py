@@ -9,7 +9,7 @@ quarter to the rest, each by Bonferroni over its tests, so that every interval e
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -125,6 +125,7 @@ def judge(
         False-alarm rate.
     prior : Prior
     """
+    ours = replace(ours, unjudged=ours.unjudged | (reference.holes > 0))
     finite: Bools = np.asarray(np.isfinite(ours.mean).all(axis=0))
     judged = shaded_on_both(ours, reference) & finite & ~ours.unjudged
     difference = (ours.mean - reference.mean).mean(axis=0)

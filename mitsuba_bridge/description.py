@@ -33,6 +33,9 @@ SIZE = 50.0
 SUN_DISTANCE = 1e5
 """Distance of the sun's disk in scene radii: its irradiance is then off by 2e-6 in the mean (measured)."""
 
+ROBUST = "embree_use_robust_intersections"
+"""Property of the scene plugin: rays do not slip between two triangles that share an edge."""
+
 Matrix = list[list[float]]
 
 

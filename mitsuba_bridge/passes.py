@@ -16,6 +16,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from .holes import slips_through
+
 WAVEFRONT = 1 << 22
 """Paths traced at once."""
 
@@ -133,3 +135,12 @@ def look(
         sums[:, start : start + some.size] = pixel_sums(found, samples)
     emitter, background, *glow = sums / samples
     return emitter, background, np.stack(glow)
+
+
+def holes(scene: Any, camera: Camera, pixels: Array) -> Array:
+    """Which of the pixels (n,) have a ray through their centre that slips through a surface: 1.0 or 0.0."""
+    out = np.empty(pixels.size)
+    for start in range(0, pixels.size, WAVEFRONT):
+        some = pixels[start : start + WAVEFRONT]
+        out[start : start + some.size] = slips_through(scene, camera.rays(some, 1, None))
+    return out

@@ -1,4 +1,8 @@
-"""Mitsuba's error against its time: the best it can do, not what it does by default."""
+"""Mitsuba's error against its time: the best it can do, not what it does by default.
+
+Only Embree's robust mode is left off, as it is for everybody who does not know of it: it takes 8 to 20 % more time
+(the Cornell box, with AVX-512 and with AVX2).
+"""
 
 from __future__ import annotations
 

@@ -42,6 +42,9 @@ class Reference:
         Of the average of the channels.
     emitter, background : (h, w) float64
         Share of camera rays that hit a light, or nothing.
+    holes : (h, w) float64
+        1 where Mitsuba's ray slips through a surface, between two of its triangles: not to be judged. 0 where
+        pixels are boxes, whose many rays pay for one.
     pass_means : (r,) float64
         Mean over the shaded pixels of the channels' average, pass by pass; one value where nothing is random.
     samples, passes : int
@@ -59,6 +62,7 @@ class Reference:
     pixel_standard_error: Floats
     emitter: Floats
     background: Floats
+    holes: Floats
     pass_means: Floats
     samples: int
     passes: int
@@ -160,13 +164,18 @@ def render_reference(
         version=str(told["version"]),
         variant=str(told["variant"]),
         llvm=None if told.get("llvm") is None else str(told["llvm"]),
-        notes=(running.sentence, *description.notes),
+        notes=(running.sentence, *description.notes, *_said_of(arrays["holes"])),
         seconds={**told["seconds"], "whole": time.perf_counter() - started},
     )
 
 
-SHAPES = {"mean": 3, "standard_error": 3, "pixel_standard_error": 0, "emitter": 0, "background": 0}
+SHAPES = {"mean": 3, "standard_error": 3, "pixel_standard_error": 0, "emitter": 0, "background": 0, "holes": 0}
 """Channels of each image, 0 for a plane."""
+
+
+def _said_of(holes: Floats) -> list[str]:
+    count = int(holes.sum())
+    return [f"{count} pixels are not judged: Mitsuba's ray passes between two triangles of a surface"] if count else []
 
 
 def _check(arrays: dict[str, Floats], scene: Scene) -> None:

@@ -40,6 +40,7 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
     rays = tracing.BOX_SAMPLES if description["boxed"] else 1
     emission = {f"shape{number}": shape["emission"] for number, shape in enumerate(description["shapes"])}
     emitter, background, glow = tracing.look(dark, camera, every, rays, _stream(seed, 0, 0, 0), emission)
+    holes = np.zeros(every.size) if description["boxed"] else tracing.holes(dark, camera, every)
     shaded = np.flatnonzero((emitter < 1) & (background < 1))
     lights = np.flatnonzero(emitter == 1)  # without noise: one sample each
     sources: list[Any] = [_Lit(job, folder, camera, number, shaded) for number in range(len(description["lights"]))]
@@ -54,7 +55,7 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
         mean += glow
     plans = _plans(sources, job, shaded.size)
     total, done = sum(p.passes for p in plans), 0
-    judged = (emitter == 0) & (background == 0)
+    judged = (emitter == 0) & (background == 0) & (holes == 0)
     pass_means = np.zeros(job["passes"] if any(p.passes > 2 for p in plans) else 1)
     if judged.any():
         pass_means += mean[:, judged].mean()
@@ -80,6 +81,7 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
         "pixel_standard_error": np.sqrt(pixel_variance).reshape(height, width),
         "emitter": emitter.reshape(height, width),
         "background": background.reshape(height, width),
+        "holes": holes.reshape(height, width),
         "pass_means": pass_means,
         "samples": np.array(max((p.samples * p.passes for p in plans), default=1)),
         "passes": np.array(max((p.passes for p in plans), default=1)),

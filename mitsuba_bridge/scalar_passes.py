@@ -13,6 +13,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from .holes import slips_through
+
 Array = NDArray[Any]
 
 LONGEST = 256
@@ -89,3 +91,8 @@ def look(
             if name in seen and si.wi.z > 0:
                 glow[:, column] += seen[name]
     return emitter / samples, background / samples, glow / samples
+
+
+def holes(scene: Any, camera: Camera, pixels: Array) -> Array:
+    """Pixels whose ray slips through a surface; see `passes.holes`."""
+    return np.array([float(slips_through(scene, camera.ray(pixel))) for pixel in pixels])

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
-from .description import Description
+from .description import ROBUST, Description
 
 Lines = list[str]
 
@@ -109,6 +109,7 @@ def to_xml(description: Description, samples: int = 64) -> str:
     lines = [
         '<scene version="3.0.0">',
         *remark,
+        _tag("boolean", ROBUST, "true"),
         '<integrator type="direct">',
         *direct,
         "</integrator>",

@@ -138,7 +138,7 @@ def test_arrays_that_are_no_image_are_refused(monkeypatch, spoil, words):
     """A child that answers, but with something else than it was asked for."""
     plane = (6, 8)
     arrays = {name: np.zeros((3, *plane)) for name in ("mean", "standard_error")}
-    arrays |= {name: np.zeros(plane) for name in ("pixel_standard_error", "emitter", "background")}
+    arrays |= {name: np.zeros(plane) for name in ("pixel_standard_error", "emitter", "background", "holes")}
     arrays |= {"pass_means": np.zeros(32), "samples": np.array(1), "passes": np.array(32)}
     spoil(arrays)
 

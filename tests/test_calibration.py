@@ -50,6 +50,7 @@ def reference_of(passes) -> Reference:
         pixel_standard_error=error,
         emitter=made.emitter,
         background=made.background,
+        holes=np.zeros_like(made.background),
         pass_means=made.pass_means,
         samples=len(passes),
         passes=len(passes),

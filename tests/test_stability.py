@@ -74,7 +74,7 @@ def test_a_file_is_run_alone_and_written(tmp_path):
     assert CASE["name"][:20] in said
     assert [row["dtype"] for row in rows] == ["float64", "float32"]
     assert list(rows[0]) == list(COLUMNS)
-    assert rows[0]["relative_error"] < 1e-15
+    assert rows[0]["relative_error"] < 1e-14  # four arcs, each of a few roundings and elementary functions of an ulp
     assert rows[0]["form"] == "lambert_formula"
     assert (tmp_path / "out" / "stability" / "errors.svg").exists()
 

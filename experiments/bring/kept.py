@@ -26,7 +26,7 @@ from ..files import replacing
 from ..results import package_versions
 
 KIND = "nusselt reference"
-FORMAT = 1
+FORMAT = 2
 RULE = "direct lighting, emission on one side of -(ab x ac), radiance at "
 """With the pixel rule: what the numbers are."""
 LIMIT = 1 << 16
@@ -107,6 +107,7 @@ def _reference(path: Path, found: Mapping[str, Floats], head: dict[str, Any]) ->
             pixel_standard_error=found["pixel_standard_error"],
             emitter=found["emitter"],
             background=found["background"],
+            holes=found["holes"],
             pass_means=found["pass_means"],
             samples=int(head["samples"]),
             passes=int(head["passes"]),

@@ -54,6 +54,7 @@ def as_reference(image: Image, estimator: Estimator, passes: int) -> Reference:
         pixel_standard_error=np.sqrt(image.pixel_variance / passes),
         emitter=image.emitter,
         background=image.background,
+        holes=np.zeros_like(image.background),
         pass_means=image.pass_means,
         samples=estimator.samples * passes,
         passes=passes,
