@@ -139,14 +139,14 @@ class QuadShadows:
         total = np.zeros(points.count)
         arcs = found.arcs.take(np.flatnonzero(wanted[found.arcs.point]))
         if lobe:
-            share = lobe_arcs(arcs.start, arcs.end, *_lobe_of(points, arcs.point))
+            share, _ = lobe_arcs(arcs.start, arcs.end, *_lobe_of(points, arcs.point))
         else:
-            share = lambert_arcs(arcs.start, arcs.end, points.normal[:, arcs.point])
+            share, _ = lambert_arcs(arcs.start, arcs.end, points.normal[:, arcs.point])
         total += np.bincount(arcs.point, arcs.sign * share, points.count)
         for circles in found.circles:
             few = circles.take(np.flatnonzero(wanted[circles.cone.point]))
             p = few.cone.point
-            share = lobe_circles(few, *_lobe_of(points, p)) if lobe else lambert_circles(few, points.normal[:, p])
+            share, _ = lobe_circles(few, *_lobe_of(points, p)) if lobe else lambert_circles(few, points.normal[:, p])
             total -= np.bincount(p, share, points.count)
         return total
 
