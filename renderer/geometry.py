@@ -17,6 +17,7 @@ from .surfaces import Material
 from .vectors import Floats, cross
 
 Ints = NDArray[np.integer[Any]]
+Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry import Ints
+from ..geometry import Bools, Ints
 from ..vectors import Floats, cross, dot
 from .circles import ends
-from .rounds import Bools, Rounds
+from .rounds import Rounds
 from .sections import Square
 
 

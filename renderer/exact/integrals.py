@@ -10,26 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry import Ints
+from ..geometry import Bools, Ints
 from ..shading import ShadingPoints
 from ..vectors import Floats, dot
-from .circles import CircleArcs, lambert_circles
-from .kernels import lambert_arcs, lobe_arcs, lobe_circles
-from .sections import Bools, Square
+from .circles import CircleArcs
+from .kernels import lambert_arcs, lambert_circles, lobe_arcs, lobe_circles
+from .sections import Square
 from .strips import Arcs, Trapezoids
-
-
-def _shim(f):
-    def g(*a):
-        v = f(*a)
-        return v, 1e-14 + 0 * v
-
-    return g
-
-
-lambert_arcs, lobe_arcs, lobe_circles, lambert_circles = map(
-    _shim, (lambert_arcs, lobe_arcs, lobe_circles, lambert_circles)
-)
 
 NODES = 8
 """Gauss-Legendre nodes each way over a part of a small light."""
@@ -102,7 +89,7 @@ def over_nodes(points: ShadingPoints, square: Square, parts: Trapezoids, lobe: b
             if lobe:
                 f *= (s + 2) * np.maximum(dot(w, d) / np.sqrt(square_length), 0.0) ** s
             total += (across * up) * (high - low) * f
-    value: Floats = np.bincount(point, total * (parts.u[1] - parts.u[0]) * volume, points.count) * (1 if lobe else 2)
+    value = np.bincount(point, total * (parts.u[1] - parts.u[0]) * volume, points.count) * (1 if lobe else 2)
     return Integral(value, QUADRATURE * value)
 
 

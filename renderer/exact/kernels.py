@@ -1,183 +1,36 @@
-"""Boundary integrals over arcs: irradiance, and the modified Phong lobe for any real exponent.
+"""Boundary integrals over arcs: irradiance, and the modified Phong lobe for any real exponent, each with its error.
 
 Irradiance: 1/2 the integral of n . (u x du) over the contour, on a great circle half its angle times n . Gamma
 (Lambert 1760; Arvo 1994, eq. 2). Lobe: (s + 2) I = the integral of {t+^s n + (w.n) (1 - t+^s)/(1 - t^2) w} . (u x du),
 t = w . u (the double-axis moments of Arvo 1995, for a real exponent). With t+ = max(t, 0) the form has no
-singularity but at -w, which lies below every receiver's horizon: no arc has to be cut at the lobe's own horizon.
+singularity but at -w, which lies below every receiver's horizon.
+
+Every kernel gives (share, bound), both (k,): bound >= |error| of the share for exactly the numbers given, from
+rounding and from quadrature. An arc without length has the share 0.
+
+                 great circles   circle cones (outlines of spheres and ellipsoids)
+irradiance       `lambert_arcs`  `lambert_circles`
+lobe             `lobe_arcs`     `lobe_circles`
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..vectors import Floats, cross, dot, frame, unit
-from .circles import CircleArcs
-from .rounds import wrapped
+from ..vectors import Floats, dot
+from .arc_lobe import EPS, lobe_arcs, no_plane, plane_of
+from .circle_lobe import lobe_circles
+from .circles import lambert_circles
 
-NODES = 32
-"""Gauss-Legendre nodes along an arc."""
-FALL = 38.0
-"""e^-38 is below the rounding of one."""
+__all__ = ["lambert_arcs", "lambert_circles", "lobe_arcs", "lobe_circles"]
+
+ROUNDINGS = 12.0
+"""Roundings of a term in units of eps theta |a| |b - a| / |a x b|, counted."""
 
 
-def lambert_arcs(start: Floats, end: Floats, n: Floats) -> Floats:
-    """Twice the share (k,) of irradiance of great-circle arcs (3, k), n (3, k)."""
-    x = start[1] * end[2] - start[2] * end[1]
-    y = start[2] * end[0] - start[0] * end[2]
-    z = start[0] * end[1] - start[1] * end[0]
-    sine = np.sqrt(x * x + y * y + z * z)
+def lambert_arcs(start: Floats, end: Floats, n: Floats) -> tuple[Floats, Floats]:
+    """Twice the share of irradiance of great-circle arcs (3, k), n unit vectors (3, k), and its bound, (k,)."""
+    normal, size = plane_of(start, end)
+    sine = np.sqrt(dot(normal, normal))
     turn = np.arctan2(sine, dot(start, end)) / (sine + (sine == 0))
-    return np.asarray(turn * (n[0] * x + n[1] * y + n[2] * z))
-
-
-def powers(z: Floats, s: Floats) -> tuple[Floats, Floats]:
-    """t^s and (1 - t^s)/(1 - t^2) for t > 0, from z = 1 - t^2 without a difference."""
-    log = np.log1p(-np.minimum(z, 1 - 2.0**-53)) * (s / 2)
-    log = np.maximum(log, -745.0)
-    return np.exp(log), np.divide(-np.expm1(log), z, out=s / 2 + 0 * z, where=z > 1e-290)
-
-
-def lobe_arcs(start: Floats, end: Floats, n: Floats, w: Floats, s: Floats) -> Floats:
-    """(s + 2) times the share (k,) of the lobe integral of great-circle arcs; n and w unit vectors (3, k).
-
-    t = c cos(phi), phi from the arc's point nearest to w. Where t^s has fallen below rounding, or t < 0, only the
-    azimuth about w is left, in closed form.
-    """
-    normal = cross(start, end)
-    g = unit(normal)
-    q = dot(w, g)
-    nearest = w - q * g
-    c = np.sqrt(dot(nearest, nearest))
-    safe = np.where(g.any(axis=0), g, np.array([[0.0], [0.0], [1.0]]))
-    x = np.where(c > 1e-8, unit(nearest), frame(safe)[0])
-    y = cross(g, x)
-    first = np.arctan2(dot(start, y), dot(start, x))
-    last = first + np.arctan2(np.sqrt(dot(normal, normal)), dot(start, end))
-    # The stretch on which t^s can be told from zero, relative to its largest value on the arc.
-    peak = np.cos(np.clip(0.0, first, last)) * np.exp(-FALL / np.maximum(s, 1e-300))
-    reach = np.arccos(np.clip(peak, 0.0, 1.0))
-    low, high = np.clip(-reach, first, last), np.clip(reach, first, last)
-    total = _azimuth(q, low) - _azimuth(q, first) + _azimuth(q, last) - _azimuth(q, high)
-    w_n, n_g = dot(w, n), dot(n, g)
-    total *= w_n
-    some = np.flatnonzero(low < high)
-    if some.size:
-        middle, half = ((low + high) / 2)[some], ((high - low) / 2)[some]
-        total[some] += _core(q[some], c[some], (w_n * q)[some], n_g[some], s[some], middle, half)
-    return total
-
-
-def _core(q: Floats, c: Floats, w_n_q: Floats, n_g: Floats, s: Floats, middle: Floats, half: Floats) -> Floats:
-    """The lobe form by Gauss-Legendre over middle +- half, within a right angle of the point nearest to w."""
-    total = np.zeros(q.shape)
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    q2, c2 = q * q, c * c
-    for node, weight in zip(nodes, weights, strict=True):
-        sine = np.sin(middle + half * node)
-        power, ratio = powers(q2 + c2 * (sine * sine), s)
-        total += weight * (w_n_q * ratio + n_g * power)
-    return total * half
-
-
-def _azimuth(q: Floats, phi: Floats) -> Floats:
-    """Integral of q / (1 - c^2 cos^2 phi) from 0 to phi, |phi| <= 2 pi: the azimuth about w."""
-    turns = np.round(phi / (2 * np.pi))
-    phi = phi - 2 * np.pi * turns
-    return (np.arctan2(np.sin(phi), np.abs(q) * np.cos(phi)) + 2 * np.pi * turns) * np.sign(q)
-
-
-PANELS = 8
-"""Panels of NODES nodes each along an arc of a general circle cone."""
-
-
-def lobe_circles(arcs: CircleArcs, n: Floats, w: Floats, s: Floats) -> Floats:
-    """The same of arcs of circle cones.
-
-    Spheres: psi from the circle's point nearest to w, g the angle from w to the centre. 1 - t^2 = X^2 + Y^2 with
-    X = sin(g - a) + 2 sin(a) cos(g) sin^2(psi/2) and Y = sin(a) sin(psi), no differences; the azimuth about w is
-    atan2(Y, X), from the opposite side where w lies inside the circle.
-    """
-    if not arcs.cone.right:
-        return _lobe_general(arcs, n, w, s)
-    cone = arcs.cone
-    sin_a, cos_a, cos_g = cone.rho, cone.k3, dot(w, cone.e3)
-    w1, w2 = dot(w, cone.e1), dot(w, cone.e2)
-    sin_g = np.sqrt(w1 * w1 + w2 * w2)
-    toward = np.arctan2(w2, w1)
-    out, w_n = np.zeros(s.shape), dot(w, n)
-    # An arc that passes psi = pi goes on from -pi.
-    middle = wrapped((arcs.first + arcs.last) / 2 - toward)
-    half = (arcs.last - arcs.first) / 2
-    lows = middle - half, np.maximum(middle - half - 2 * np.pi, -np.pi), np.maximum(middle - half + 2 * np.pi, -np.pi)
-    highs = middle + half, np.minimum(middle + half - 2 * np.pi, np.pi), np.minimum(middle + half + 2 * np.pi, np.pi)
-    safe = np.where(sin_g > 0, sin_g, 1.0)
-    c1, c2 = np.where(sin_g > 0, w1, 1.0) / safe, w2 / safe
-    n1, n2, n3 = dot(n, cone.e1), dot(n, cone.e2), dot(n, cone.e3)
-    across = n1 * c1 + n2 * c2, n2 * c1 - n1 * c2, n3
-    for low, high in zip(lows, highs, strict=True):
-        first, last = np.maximum(low, -np.pi), np.minimum(high, np.pi)
-        k = np.flatnonzero(first < last)
-        if k.size:
-            some = [v[k] for v in (sin_a, cos_a, sin_g, cos_g, first, last, s, *across, w_n)]
-            out[k] += _small_circle(*some)
-    return out
-
-
-def _small_circle(
-    sin_a: Floats,
-    cos_a: Floats,
-    sin_g: Floats,
-    cos_g: Floats,
-    first: Floats,
-    last: Floats,
-    s: Floats,
-    m1: Floats,
-    m2: Floats,
-    m3: Floats,
-    w_n: Floats,
-) -> Floats:
-    """Arcs first <= psi <= last within [-pi, pi]; m the normal in the circle's frame."""
-    base = sin_g * cos_a - cos_g * sin_a
-    mean, swing = cos_a * cos_g, sin_a * sin_g  # t = mean + swing cos(psi)
-    top = mean + swing * np.cos(np.clip(0.0, first, last))
-    floor = np.maximum(top, 0.0) * np.exp(-FALL / np.maximum(s, 1e-300)) - mean
-    reach = np.where(swing > 0, np.arccos(np.clip(floor / np.where(swing > 0, swing, 1), -1, 1)), np.pi)
-    reach = np.where(top > 0, reach, 0.0)
-    low, high = np.clip(-reach, first, last), np.clip(reach, first, last)
-    side = np.where(base < 0, -1.0, 1.0)
-
-    def azimuth(psi: Floats) -> Floats:
-        x = base + 2 * sin_a * cos_g * np.sin(psi / 2) ** 2
-        return np.arctan2(-side * sin_a * np.sin(psi), side * x)
-
-    total = w_n * (azimuth(last) - azimuth(high) + azimuth(low) - azimuth(first))
-    middle, half = (low + high) / 2, (high - low) / 2
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    core = np.zeros(s.shape)
-    for node, weight in zip(nodes, weights, strict=True):
-        psi = middle + half * node
-        cosine, sine = np.cos(psi), np.sin(psi)
-        x = base + 2 * sin_a * cos_g * np.sin(psi / 2) ** 2
-        power, ratio = powers(np.minimum(x * x + (sin_a * sine) ** 2, 1.0), s)
-        turn = sin_a * cos_g - cos_a * sin_g * cosine
-        core += weight * (power * (sin_a * m3 - cos_a * (m1 * cosine + m2 * sine)) + w_n * ratio * turn)
-    return np.asarray(total + sin_a * core * half)
-
-
-def _lobe_general(arcs: CircleArcs, n: Floats, w: Floats, s: Floats) -> Floats:
-    """Composite Gauss-Legendre over the whole arc."""
-    cone, total = arcs.cone, np.zeros(s.shape)
-    w_n, half = dot(w, n), (arcs.last - arcs.first) / 2 / PANELS
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    for panel in range(PANELS):
-        for node, weight in zip(nodes, weights, strict=True):
-            phi = arcs.first + (2 * panel + 1 + node) * half
-            v = cone.direction(phi)
-            step = cone.rho * (np.cos(phi) * cone.e2 - np.sin(phi) * cone.e1)
-            length2, turn = dot(v, v), cross(v, step)
-            away = cross(w, v)
-            power, ratio = powers(np.minimum(dot(away, away) / length2, 1.0), s)
-            front = dot(w, v) > 0
-            ratio = np.where(front, ratio, length2 / np.maximum(dot(away, away), 1e-300))
-            total += weight * half * (power * front * dot(n, turn) + w_n * ratio * dot(w, turn)) / length2
-    return total
+    return np.asarray(turn * dot(n, normal)), no_plane(ROUNDINGS * EPS * turn * size, sine, start, end)

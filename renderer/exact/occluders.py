@@ -10,16 +10,13 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..geometry import Geometry, Ints
+from ..geometry import Bools, Geometry, Ints
 from ..lights import Light, QuadLight
 from ..shadows import PLANE_ULPS, Blockers
 from ..vectors import Floats, column, cross, dot, unit
 from .convex import Convex, Loop
 from .pieces import convex_pieces
-
-Bools = NDArray[np.bool_]
 
 INSIDE, TOUCHING, BEHIND = -1, -2, -3
 """Instead of an outline's length: all is hidden; the piece's own faces hide what lies behind them; nothing is."""

@@ -21,7 +21,7 @@ import numpy as np
 
 from ..closed_forms.irradiance import irradiance
 from ..closed_forms.phong_lobe import phong_lobe
-from ..geometry import Ints
+from ..geometry import Bools, Ints
 from ..light_points import colour
 from ..lights import QuadLight
 from ..needs import Source
@@ -29,7 +29,6 @@ from ..shading import ShadingPoints
 from ..unshadowed import quad_light
 from ..vectors import Floats, column, dot
 from .integrals import Integral, displaced, over_arcs, over_nodes, small_lights
-from .sections import Bools
 from .standing import Standing, portions
 from .strips import Bodies, Trapezoids, rims, trapezoids
 

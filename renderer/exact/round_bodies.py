@@ -7,13 +7,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..geometry import Geometry, Ints
+from ..geometry import Bools, Geometry, Ints
 from ..light_points import hull
 from ..lights import Light, QuadLight
 from ..shadows import PLANE_ULPS
 from ..vectors import Floats, column, cross, dot, transform, unit
 from .occluders import ALONG, BEHIND, INSIDE, TOUCHING
-from .rounds import Bools, Rounds, ellipsoids, spheres
+from .rounds import Rounds, ellipsoids, spheres
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,13 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..closed_forms import double_double as dd
 from ..geometry import Ints
 from ..vectors import Floats, cross, dot, frame
-
-Bools = NDArray[np.bool_]
 
 TINY = 1e-300
 ALL, NONE = 4.0, -1.0

@@ -12,13 +12,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..closed_forms import double_double as dd
-from ..geometry import Ints
+from ..geometry import Bools, Ints
 from ..vectors import Floats, cross, dot
 
-Bools = NDArray[np.bool_]
 NO_LINE = -1
 
 

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..geometry import Ints
+from ..geometry import Bools, Ints
 from ..vectors import Floats
 from .breaks import conic_crossings, line_crossings
 from .circles import CircleArcs
 from .conics import Conics, angle
 from .pairing import joined
-from .sections import FINE, NO_LINE, ROUND, Bools, HalfPlanes, Square
+from .sections import FINE, NO_LINE, ROUND, HalfPlanes, Square
 
 BOTTOM, TOP = -1, -2
 """Numbers of the square's sides v = 0 and v = 1 among the curves."""
