@@ -15,13 +15,15 @@ from ..shading import ShadingPoints
 from ..vectors import Floats, dot
 from .circles import CircleArcs
 from .kernels import lambert_arcs, lambert_circles, lobe_arcs, lobe_circles
+from .rims import Arcs
 from .sections import Square
-from .strips import Arcs, Trapezoids
+from .strips import Trapezoids
 
-NODES = 8
+NODES = 6
 """Gauss-Legendre nodes each way over a part of a small light."""
-SMALL = 0.2
-"""Half diagonal over distance below which a light is small: the integrand's poles are then five half sides away."""
+SMALL = 0.05
+"""Half diagonal over distance below which a light is small: arcs cancel to the square of that, and the integrand's
+poles are twenty half sides away."""
 QUADRATURE = 1e-12
 """Relative error of the nodes' sum over a part of a small light."""
 
@@ -39,22 +41,19 @@ class Integral:
 
 
 def over_arcs(points: ShadingPoints, arcs: Arcs, circles: list[CircleArcs], lobe: bool) -> Integral:
-    """The integral over arcs of the points wanted: all, or for the lobe those with one."""
-    wanted = (points.specular.max(axis=0) > 0) | (not lobe)
+    """The integral (n,) over closed contours."""
     value, error = np.zeros(points.count), np.zeros(points.count)
-    few = arcs.take(np.flatnonzero(wanted[arcs.point]))
-    p = few.point
+    p = arcs.point
     if lobe:
-        share, bound = lobe_arcs(few.start, few.end, points.normal[:, p], points.mirror[:, p], points.shininess[p])
+        share, bound = lobe_arcs(arcs.start, arcs.end, points.normal[:, p], points.mirror[:, p], points.shininess[p])
     else:
-        share, bound = lambert_arcs(few.start, few.end, points.normal[:, p])
+        share, bound = lambert_arcs(arcs.start, arcs.end, points.normal[:, p])
     value += np.bincount(p, share, points.count)
     error += np.bincount(p, bound, points.count)
     for part in circles:
-        some = part.take(np.flatnonzero(wanted[part.cone.point]))
-        p = some.cone.point
+        p = part.cone.point
         n, w, s = points.normal[:, p], points.mirror[:, p], points.shininess[p]
-        share, bound = lobe_circles(some, n, w, s) if lobe else lambert_circles(some, n)
+        share, bound = lobe_circles(part, n, w, s) if lobe else lambert_circles(part, n)
         value -= np.bincount(p, share, points.count)
         error += np.bincount(p, bound, points.count)
     return Integral(value, error)
@@ -69,7 +68,7 @@ def small_lights(points: ShadingPoints, square: Square) -> tuple[Bools, Bools]:
     slant = dot(points.mirror, middle) / distance  # t at the middle; it changes by the light's half angle
     spread = reach / distance
     steep = points.shininess * spread / np.maximum(slant - spread, 1e-300)
-    return np.asarray(small), np.asarray(small & (slant > 2 * spread) & (steep < 1))
+    return np.asarray(small), np.asarray(small & (slant > 2 * spread) & (steep < 0.5))
 
 
 def over_nodes(points: ShadingPoints, square: Square, parts: Trapezoids, lobe: bool) -> Integral:
@@ -89,7 +88,8 @@ def over_nodes(points: ShadingPoints, square: Square, parts: Trapezoids, lobe: b
             if lobe:
                 f *= (s + 2) * np.maximum(dot(w, d) / np.sqrt(square_length), 0.0) ** s
             total += (across * up) * (high - low) * f
-    value = np.bincount(point, total * (parts.u[1] - parts.u[0]) * volume, points.count) * (1 if lobe else 2)
+    total *= (parts.u[1] - parts.u[0]) * volume * (1.0 if lobe else 2.0)
+    value = np.bincount(point, total, points.count).astype(np.float64)
     return Integral(value, QUADRATURE * value)
 
 

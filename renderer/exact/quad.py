@@ -29,8 +29,9 @@ from ..shading import ShadingPoints
 from ..unshadowed import quad_light
 from ..vectors import Floats, column, dot
 from .integrals import Integral, displaced, over_arcs, over_nodes, small_lights
+from .rims import rims
 from .standing import Standing, portions
-from .strips import Bodies, Trapezoids, rims, trapezoids
+from .strips import Bodies, Trapezoids, trapezoids
 
 BLOCK = 4096
 """Points handled at once."""
@@ -195,8 +196,9 @@ class QuadShadows:
 
 def _integral(points: ShadingPoints, bodies: Bodies, parts: Trapezoids, small: Bools, lobe: bool) -> Integral:
     """By nodes at points to which the light is small, by arcs at the others."""
-    arcs, circles = rims(bodies, parts.take(np.flatnonzero(~small[parts.point])))
-    one = over_arcs(points, arcs, circles, lobe)
+    if lobe:
+        parts = parts.take(np.flatnonzero(points.specular.max(axis=0)[parts.point] > 0))
+    one = over_arcs(points, *rims(bodies, parts.take(np.flatnonzero(~small[parts.point])), few=lobe), lobe)
     two = over_nodes(points, bodies.square, parts.take(np.flatnonzero(small[parts.point])), lobe)
     error = one.error + two.error + displaced(points, bodies.square, bodies.shift(), lobe)
     return Integral(np.maximum(one.value + two.value, 0.0), error)

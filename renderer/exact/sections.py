@@ -83,39 +83,53 @@ class Square:
         known to PLACE is taken again in double-double.
         """
         start, step = vertices - points[:, None], np.roll(vertices, -1, axis=1) - vertices
-        plane = cross(start, step)
-        p = self.p[:, point]
-        a, b, c = dot(plane, self.ab[..., None]), dot(plane, self.ac[..., None]), dot(plane, p[:, None])
-        reach = np.maximum(np.abs(p).max(axis=0), max(np.abs(self.ab).max(), np.abs(self.ac).max()))
-        rounding = ROUNDING * np.abs(start).max(axis=0) * np.abs(step).max(axis=0) * reach
-        beyond = c + np.maximum(a, 0) + np.maximum(b, 0) < -4 * rounding
-        kept = np.flatnonzero(~beyond.any(axis=0))
-        point, plane, a, b, c = point[kept], plane[..., kept], a[:, kept], b[:, kept], c[:, kept]
-        slope, rounding = np.maximum(np.abs(a), np.abs(b)), rounding[:, kept]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            place = np.where(rounding > 0, rounding / slope, 0.0).max(axis=0)
-        vague = np.flatnonzero(~(place <= PLACE))
-        size = np.maximum(slope, np.abs(c))
-        size += size == 0
-        out = Lines(point, plane, a / size, b / size, c / size, place)
+        room = np.abs(start).max(axis=0) * np.abs(step).max(axis=0)
+        lines, kept = self._rounded(cross(start, step), room, point)
+        vague = np.flatnonzero(~(lines.place <= PLACE))
         if vague.size:
             of = kept[vague]
             corners = vertices[..., of]
             arms = dd.two_sum(corners, -points[:, None, of])
             sides = dd.two_sum(np.roll(corners, -1, axis=1), -corners)
-            fine = self.lines(dd.cross(arms, sides), point[vague])
-            for name in ("planes", "a", "b", "c", "place"):
-                getattr(out, name)[..., vague] = getattr(fine, name)
-        return out
+            self._mend(lines, vague, dd.cross(arms, sides))
+        return lines
 
-    def lines(self, plane: dd.Pair, point: Ints) -> Lines:
-        """Lines of planes (3, k, q) through the points (q,): coefficients whose largest is 1."""
+    def lines(self, planes: Floats, point: Ints) -> Lines:
+        """Lines of planes (3, k, q) of unit normals through the points (q,), of those that may matter."""
+        lines, kept = self._rounded(planes, np.ones(planes.shape[1:]), point)
+        vague = np.flatnonzero(~(lines.place <= PLACE))
+        if vague.size:
+            self._mend(lines, vague, dd.exact(planes[..., kept[vague]]))
+        return lines
+
+    def _rounded(self, plane: Floats, room: Floats, point: Ints) -> tuple[Lines, Ints]:
+        """Lines in float64 of planes (3, k, q) that are products of the size ``room`` (k, q); and which are kept."""
+        p = self.p[:, point]
+        a, b, c = dot(plane, self.ab[..., None]), dot(plane, self.ac[..., None]), dot(plane, p[:, None])
+        reach = np.maximum(np.abs(p).max(axis=0), max(np.abs(self.ab).max(), np.abs(self.ac).max()))
+        rounding = ROUNDING * room * reach
+        beyond = c + np.maximum(a, 0) + np.maximum(b, 0) < -4 * rounding
+        kept = np.flatnonzero(~beyond.any(axis=0))
+        plane, a, b, c, rounding = plane[..., kept], a[:, kept], b[:, kept], c[:, kept], rounding[:, kept]
+        slope = np.maximum(np.abs(a), np.abs(b))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            place = np.where((rounding > 0) & (plane != 0).any(axis=0), rounding / slope, 0.0).max(axis=0)
+        size = np.maximum(slope, np.abs(c))
+        size += size == 0
+        return Lines(point[kept], plane, a / size, b / size, c / size, place), kept
+
+    def _mend(self, lines: Lines, index: Ints, plane: dd.Pair) -> None:
+        """The same of planes in double-double, for the lines of some pairs (k,)."""
+        point = lines.point[index]
         ab, ac = (dd.exact(v[:, :, None]) for v in (self.ab, self.ac))
         p = self.p[:, None, point], self.low[:, None, point]
         a, b, c = (dd.value(dd.dot(plane, v)) for v in (ab, ac, p))
         size = np.maximum(np.maximum(np.abs(a), np.abs(b)), np.abs(c))
         size += size == 0
-        return Lines(point, dd.value(plane), a / size, b / size, c / size, np.full(point.size, FINE))
+        for v, mended in zip((lines.a, lines.b, lines.c), (a, b, c), strict=True):
+            v[:, index] = mended / size
+        lines.planes[..., index] = dd.value(plane)
+        lines.place[index] = FINE
 
 
 @dataclass(frozen=True)

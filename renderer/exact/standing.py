@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..closed_forms import double_double as dd
 from ..geometry import Ints
 from ..lights import QuadLight
 from ..shading import ShadingPoints
@@ -115,10 +114,10 @@ class Standing:
             cones = [cone.take(np.flatnonzero(may_meet(cone, square))) for cone in cones]
             rounds = [Conics.seen(cone, square) for cone in cones if cone.point.size]
             inside = np.r_[inside, p[side == INSIDE]]
-            lines.append(square.lines(dd.exact(-outward[:, None, met]), p[met]))
+            lines.append(square.lines(-outward[:, None, met], p[met]))
         # What lies below the horizon is hidden as if by one more body.
         cut = np.flatnonzero(np.minimum.reduce([dot(points.normal, corner) for corner in square.corners]) <= 0)
-        lines.append(replace(square.lines(dd.exact(-points.normal[:, None, cut]), cut), blocks=False))
+        lines.append(replace(square.lines(-points.normal[:, None, cut], cut), blocks=False))
         return Bodies(square, gathered(lines), rounds), inside
 
     def _square(self, points: ShadingPoints) -> Square:
@@ -138,7 +137,7 @@ class Standing:
             seen = np.flatnonzero(height > room)  # nothing hides from below the horizon, or in it
             lines.append(square.edges(vertices[..., seen], x[:, mine[seen]], point[mine[seen]]))
         met = np.flatnonzero(width == TOUCHING)
-        lines.append(square.lines(dd.exact(-self.flat.normals[:, :, piece[met]] * on[:, met]), point[met]))
+        lines.append(square.lines(-self.flat.normals[:, :, piece[met]] * on[:, met], point[met]))
         return lines, point[width == INSIDE]
 
 

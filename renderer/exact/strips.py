@@ -15,33 +15,12 @@ import numpy as np
 from ..geometry import Bools, Ints
 from ..vectors import Floats
 from .breaks import conic_crossings, line_crossings
-from .circles import CircleArcs
-from .conics import Conics, angle
+from .conics import Conics
 from .pairing import joined
 from .sections import FINE, NO_LINE, ROUND, HalfPlanes, Square
 
 BOTTOM, TOP = -1, -2
 """Numbers of the square's sides v = 0 and v = 1 among the curves."""
-
-
-@dataclass(frozen=True)
-class Arcs:
-    """Great-circle arcs.
-
-    Parameters
-    ----------
-    point : (k,) int64
-    start, end : (3, k) float64
-        Not unit vectors.
-    """
-
-    point: Ints
-    start: Floats
-    end: Floats
-
-    def take(self, index: Ints) -> Arcs:
-        """Some of the arcs."""
-        return Arcs(self.point[index], self.start[:, index], self.end[:, index])
 
 
 @dataclass(frozen=True)
@@ -277,28 +256,3 @@ def _shaped(bodies: Bodies, point: Ints, u: Floats, curve: Ints, lit: Bools) -> 
                 v[side, end, bend] = hi if side == 0 else lo
     v = np.clip(v, 0.0, 1.0)
     return Trapezoids(point, u, np.stack((np.minimum(v[0], v[1]), np.maximum(v[0], v[1]))), curve, lit)
-
-
-def rims(bodies: Bodies, parts: Trapezoids) -> tuple[Arcs, list[CircleArcs]]:
-    """The trapezoids' rims as arcs for any boundary integral."""
-    square, point, u, v = bodies.square, parts.point, parts.u, parts.v
-    places = [square.at(point, u[end], v[side, end]) for side, end in ((0, 0), (0, 1), (1, 1), (1, 0))]
-    starts, ends, points = [], [], []
-    straight = parts.curve < bodies.lines
-    for k, side in enumerate((0, None, 1, None)):
-        mine = (
-            np.flatnonzero(straight[side]) if side is not None else np.flatnonzero(v[0, 1 - k // 2] < v[1, 1 - k // 2])
-        )
-        starts.append(places[k][:, mine])
-        ends.append(places[(k + 1) % 4][:, mine])
-        points.append(point[mine])
-    arcs = Arcs(np.concatenate(points), np.hstack(starts), np.hstack(ends))
-    circles = []
-    for group, first, _ in bodies.curved():
-        for side, (one, two) in enumerate(((1, 0), (3, 2))):  # ascending about what is hidden
-            mine = np.flatnonzero((parts.curve[side] >= first) & (parts.curve[side] < first + group.point.size))
-            cone = group.cone.take(parts.curve[side][mine] - first)
-            begin = angle(cone, places[one][:, mine])
-            turn = np.mod(angle(cone, places[two][:, mine]) - begin, 2 * np.pi)
-            circles.append(CircleArcs(cone, begin, begin + np.where(turn > 2 * np.pi - 1e-9, 0.0, turn)))
-    return arcs, circles
