@@ -83,8 +83,10 @@ class Pencil:
             inside = w[3] > 0
             for edge in (0, 1, 2):
                 inside &= w[edge] >= -size * self.slack[edge, block, None]
-            k, ray = np.divmod(np.flatnonzero(inside), n)
-            found.meet(self.planes, take(block, k), ray, names)
+            pairs = np.flatnonzero(inside)
+            if pairs.size:
+                k, ray = np.divmod(pairs, n)
+                found.meet(self.planes, take(block, k), ray, names)
         near, which, _ = found.seen(self.order)
         return near, which
 

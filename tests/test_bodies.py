@@ -71,6 +71,8 @@ def test_the_case_of_a_light_outside_a_two_sided_sphere(kind):
     image = render(made, estimator, seed=2, passes=16 if estimator.is_random(needs) else 1)
     found, free = image.mean[0][image.shaded], render(made, ESTIMATORS[0]()).mean[0][image.shaded]
     assert (free > 0).sum() > 400
+    whole = render(made, estimator, seed=2, everything=True)
+    np.testing.assert_allclose(whole.mean, render(made, estimator, seed=2).mean, rtol=1e-12, atol=1e-15)
     if kind.name.startswith(("common", "control")):  # the closed form less a sum that has noise, or an error of 1/N
         assert np.abs(found).max() < 0.05 * free.max()
     else:
