@@ -79,8 +79,8 @@ class Nearest:
         self.hits: list[list[Any]] = []  # ray, name, one over the distance, the most that may be, what was told
         self.held = 0
 
-    def meet(self, planes: Planes, k: Ints, ray: Ints, names: Ints, *told: Floats) -> None:
-        """Pairs (m,) of a plane and a direction inside its triangle, ``names`` (t,) of which are to be known by.
+    def meet(self, planes: Planes, k: Ints, ray: Ints, names: Ints | None, *told: Floats) -> None:
+        """Pairs (m,) of a plane and a direction inside its triangle, to be known as ``names`` (t,) if not by number.
 
         Those that run along their plane or away from it hit nothing. What else is ``told`` of a pair (m,) is kept.
         """
@@ -88,20 +88,22 @@ class Nearest:
         slope = take(planes.slope, k) * take(self.size, ray)
         rounding = take(planes.height, k) * near + slope
         hit = np.flatnonzero(near > slope)
-        pairs = [ray, near - rounding, take(names, k), near, near + rounding, *told]
+        pairs = [ray, near - rounding, k if names is None else take(names, k), near, near + rounding, *told]
         if hit.size < k.size:
             pairs = [take(values, hit) for values in pairs]
         np.maximum.at(self.sure, pairs[0], pairs.pop(1))
         self.hits.append(pairs)
         self.held += pairs[0].size
         if self.held > MANY:
-            self.hits, self.held = [self._tied()], 0
+            whole, tied = self._tied()
+            self.hits, self.held = [[take(values, tied) for values in whole]], 0
 
-    def _tied(self) -> list[Any]:
-        """The hits that may still be seen."""
-        whole = [np.concatenate(parts) for parts in zip(*self.hits, strict=True)]
-        tied = np.flatnonzero(whole[3] >= take(self.sure, whole[0]))
-        return [take(values, tied) for values in whole]
+    def _tied(self) -> tuple[list[Any], Ints]:
+        """All hits, and which of them may still be seen."""
+        whole = self.hits[0]
+        if len(self.hits) > 1:
+            whole = [np.concatenate(parts) for parts in zip(*self.hits, strict=True)]
+        return whole, np.flatnonzero(whole[3] >= take(self.sure, whole[0]))
 
     def seen(self, order: Ints) -> tuple[Floats, Ints, list[Floats]]:
         """One over the distance (n,), what is seen (n,), and what was told of it; 0 and -1 where there is nothing.
@@ -114,12 +116,12 @@ class Nearest:
         n = self.sure.size
         if not self.hits:
             return np.zeros(n), np.full(n, -1), []
-        ray, name, near, _, *told = self._tied()
-        rank = take(order, name)
+        (ray, name, near, _, *told), tied = self._tied()
+        ray, rank = take(ray, tied), take(order, take(name, tied))
         first = np.full(n, np.iinfo(np.int64).max)
         np.minimum.at(first, ray, rank)
         won = np.flatnonzero(rank == take(first, ray))
-        ray = take(ray, won)
+        ray, won = take(ray, won), take(tied, won)
 
         def spread(values: Any, nothing: int) -> Any:
             out = np.full(n, nothing, dtype=values.dtype)

@@ -76,7 +76,6 @@ class Pencil:
         """
         found, n, size = Nearest(d), d.shape[1], float(one_norm(d).max(initial=0))
         step = max(1, BLOCK // max(n, 1))
-        names = np.arange(self.order.size)
         for start in range(0, chosen.size, step):
             block = chosen[start : start + step]
             w = np.einsum("rck,cn->rkn", self.rows[..., block], d)  # (4, block, n)
@@ -86,7 +85,7 @@ class Pencil:
             pairs = np.flatnonzero(inside)
             if pairs.size:
                 k, ray = np.divmod(pairs, n)
-                found.meet(self.planes, take(block, k), ray, names)
+                found.meet(self.planes, take(block, k), ray, None)
         near, which, _ = found.seen(self.order)
         return near, which
 
