@@ -15,6 +15,7 @@ from .catalogue import load
 from .check import chosen_estimator, draw_area, with_pixel_rule
 from .check_rows import notes
 from .files import check_image_name, write_image
+from .negative import negative_note
 from .until import render_until
 from .workers import worker_pool
 
@@ -64,4 +65,6 @@ def run_render(
             click.echo(said if reached.error else "no sampling error", err=True)
     if image.back_faces:
         click.echo(f"warning: {image.back_faces} pixels show the black back of a one-sided surface", err=True)
+    if note := negative_note(image, estimator, estimator.claim(prepare(read)[1])):
+        click.echo(f"warning: {note}", err=True)
     write_image(output, image.mean)

@@ -79,7 +79,7 @@ class CommonVisibility:
         eye : (3, 1) float64
             The light point, or the direction to it.
         normal : (3, n) float64, optional
-            Unit normals, read by the offset rule alone.
+            Unit normals; see `Blockers.visible`.
         outside : (n,) bool, optional
             See `ShadingPoints`; those points face the light point.
         """

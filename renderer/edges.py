@@ -67,7 +67,7 @@ def _surface_changes(view: View, moved: View) -> Bools:
 def _shadow_changes(source: Source, points: ShadingPoints, tolerance: Tolerance) -> Bools:
     def seen(position: Floats) -> Bools:
         d, _, at_infinity = beams(source.light, position, np.random.default_rng(0), 1, False)
-        return source.blockers.visible(position, points.ellipsoid, d, at_infinity)[:, 0]
+        return source.blockers.visible(position, points.ellipsoid, d, at_infinity, points.normal)[:, 0]
 
     here = seen(points.position)
     lifted = points.position + tolerance.lift * points.normal

@@ -10,9 +10,12 @@ import math
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from .shadows import PLANE_ULPS
 from .vectors import Floats, column, cross, dot, frame
+from .watertight import largest, one_norm
 
 
 def unit_square(rng: np.random.Generator, n: int, samples: int, stratified: bool) -> tuple[Floats, Floats]:
@@ -44,6 +47,24 @@ def lattice(rng: np.random.Generator, n: int, samples: int) -> tuple[Floats, Flo
 GOLDEN = (1 + math.sqrt(5)) / 2
 
 
+def faced_by(corner: Floats, ab: Floats, ac: Floats, points: Floats) -> NDArray[np.bool_]:
+    """Which points (3, n) the parallelogram corner + u ab + v ac shines on: before it by more than rounding.
+
+    A surface in the light's own plane sees it edge-on, and gets nothing. By how little rounding lifts a point of it off
+    that plane does not matter to the light: to a point right before it, it fills half the sky. So points within the
+    rounding of the plane's equation count as on it, as for shadow rays (see `shadows`); the edges' product is known to
+    rounding of its own, which tells where they are nearly parallel.
+
+    Parameters
+    ----------
+    corner, ab, ac : (3, 1) or (3, n) float64
+        Emits on the side of -(ab x ac).
+    """
+    normal, way = cross(ab, ac), corner - points
+    bound = one_norm(normal) * (largest(corner) + largest(points)) + largest(ab) * largest(ac) * largest(way)
+    return np.asarray(dot(normal, way) > PLANE_ULPS * bound)
+
+
 def quad_beams(light: QuadLight, points: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]:
     """Directions to corner + u ab + v ac and the solid angle each stands for.
 
@@ -60,11 +81,12 @@ def quad_beams(light: QuadLight, points: Floats, u: Floats, v: Floats) -> tuple[
     d : (3, n, k) float64
         From point to light point.
     solid_angle : (n, k) float64
-        sr, divided by k already; 0 behind the light.
+        sr, divided by k already; 0 behind the light and in its plane.
     """
-    ab, ac = column(light.ab), column(light.ac)
-    d = (column(light.corner) - points)[:, :, None] + ab[:, :, None] * u + ac[:, :, None] * v
-    return d, _solid_angle(cross(ab, ac), d) / u.shape[1]
+    corner, ab, ac = column(light.corner), column(light.ab), column(light.ac)
+    d = (corner - points)[:, :, None] + ab[:, :, None] * u + ac[:, :, None] * v
+    faced = faced_by(corner, ab, ac, points)[:, None]
+    return d, _solid_angle(cross(ab, ac), d) * (faced / u.shape[1])
 
 
 def _solid_angle(doubled: Floats, d: Floats) -> Floats:

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .geometry import Geometry, Ints
+from .nearest import Nearest, Planes, precedence
 from .pairs import take
-from .shadows import plane_bound
 from .vectors import Floats, dot
 from .watertight import edge_functions, one_norm
 
@@ -33,13 +33,20 @@ class Pencil:
         over the distance along it to the triangle's plane (Olano & Greer 1997).
     slack : (3, t) float64
         The edge functions' rounding, relative to |d|_1.
-    live : (t,) bool
-        Whether the origin lies off the plane.
+    planes : Planes
+    order : (t,) int64
+        See `nearest.precedence`.
     """
 
     rows: Floats
     slack: Floats
-    live: NDArray[np.bool_]
+    planes: Planes
+    order: Ints
+
+    @property
+    def live(self) -> NDArray[np.bool_]:
+        """Whether the origin lies off each plane, (t,)."""
+        return self.planes.live
 
     @classmethod
     def about(cls, geometry: Geometry, origin: Floats, among: Ints | None = None) -> Pencil:
@@ -48,12 +55,10 @@ class Pencil:
         corners = (g.a, g.b, g.c, g.normal)
         a, b, c, normal = corners if among is None else (take(v, among) for v in corners)
         pairs = edge_functions(a, b, c, origin)
-        height = dot(a - origin, normal)
-        live = np.abs(height) > plane_bound(normal, a, origin)
-        side = np.where(height < 0, -1.0, 1.0)
-        nearness = normal / np.where(live, height, 1.0)
-        rows = np.stack((*(edge * side for edge, _ in pairs), nearness))
-        return cls(rows, np.stack([slack for _, slack in pairs]), live)
+        planes = Planes.about(normal, a, origin)
+        side = np.where(planes.back, 1.0, -1.0)
+        rows = np.stack((*(edge * side for edge, _ in pairs), planes.nearness))
+        return cls(rows, np.stack([slack for _, slack in pairs]), planes, precedence(g, planes.back, among))
 
     def in_tile(self, corners: Floats, among: Ints | None = None) -> Ints:
         """Which triangles, of all or of some, can be hit by directions in the cone of four corner ones (3, 4)."""
@@ -64,28 +69,25 @@ class Pencil:
         return np.asarray(some[(highest[:3] >= -slack).all(axis=0) & (highest[3] > 0)])
 
     def nearest(self, d: Floats, chosen: Ints) -> tuple[Floats, Ints]:
-        """One over the distance to the nearest of the chosen triangles along each direction, and which it is.
+        """One over the distance to what is seen of the chosen triangles along each direction, and which it is.
 
-        0 and -1 where there is none. All functions are rows of one product, by einsum: a BLAS brings its own
-        threads along, which stand in each other's way when all cores are busy.
+        0 and -1 where there is none; where several tie see `nearest`. All functions are rows of one product, by einsum:
+        a BLAS brings its own threads along, which stand in each other's way when all cores are busy.
         """
-        n = d.shape[1]
-        best, which = np.zeros(n), np.full(n, -1)
-        rays, size = np.arange(n), float(one_norm(d).max(initial=0))
+        found, n, size = Nearest(d), d.shape[1], float(one_norm(d).max(initial=0))
         step = max(1, BLOCK // max(n, 1))
         for start in range(0, chosen.size, step):
             block = chosen[start : start + step]
             w = np.einsum("rck,cn->rkn", self.rows[..., block], d)  # (4, block, n)
-            inside = w[0] >= -size * self.slack[0, block, None]
-            for edge in (1, 2):
+            inside = w[3] > 0
+            for edge in (0, 1, 2):
                 inside &= w[edge] >= -size * self.slack[edge, block, None]
-            near = w[3] * inside
-            nearest = near.argmax(axis=0)
-            found = near[nearest, rays]
-            better = found > best
-            best[better] = found[better]
-            which[better] = block[nearest[better]]
-        return best, which
+            pairs = np.flatnonzero(inside)
+            if pairs.size:
+                k, ray = np.divmod(pairs, n)
+                found.meet(self.planes, take(block, k), ray, None)
+        near, which, _ = found.seen(self.order)
+        return near, which
 
     def weights(self, d: Floats, triangle: Ints) -> Floats:
         """Edge functions (3, n) of directions (3, n), each of its own triangle."""

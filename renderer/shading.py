@@ -12,6 +12,9 @@ from .geometry import Geometry, Ints
 from .primary import Hits
 from .vectors import Floats, dot
 
+FACING_ULPS = 16 * 2.0**-53
+"""Rounding of the cosine between two unit vectors: where a surface is seen edge-on its front is what is seen."""
+
 
 @dataclass(frozen=True)
 class ShadingPoints:
@@ -26,7 +29,8 @@ class ShadingPoints:
     shininess : (n,) float64
         Phong exponents.
     ellipsoid : (n,) int64
-        Ellipsoid the point lies on, -1 for none.
+        Ellipsoid on whose outside the point lies, so that nothing of it is above its horizon; -1 for none, and for
+        points on the inside of one.
     outside : (n,) bool
         Whether it is known to lie on the front of one of the hierarchy's triangles (see `shadows`), with nothing of
         them around it: seen from beyond their bounding box.
@@ -63,7 +67,8 @@ def shading_points(
     outgoing = outgoing[:, index]
     normal = hits.normal[:, index]
     facing = dot(normal, outgoing)
-    normal = np.where(facing < 0, -normal, normal)
+    behind = facing < -FACING_ULPS
+    normal = np.where(behind, -normal, normal)
     return ShadingPoints(
         position=hits.position[:, index],
         normal=normal,
@@ -72,7 +77,7 @@ def shading_points(
         diffuse=geometry.diffuse[:, surface],
         specular=geometry.specular[:, surface],
         shininess=geometry.shininess[surface],
-        ellipsoid=hits.ellipsoid[index],
+        ellipsoid=np.where(behind, -1, hits.ellipsoid[index]),
         outside=np.zeros(index.size, dtype=bool) if outside is None else outside,
     )
 

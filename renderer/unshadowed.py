@@ -14,10 +14,10 @@ from .closed_forms.irradiance import irradiance
 from .closed_forms.phong_lobe import phong_lobe
 from .closed_forms.sun import sun_irradiance
 from .geometry import Ints
-from .light_points import colour, sun_directions
+from .light_points import colour, faced_by, sun_directions
 from .lights import QuadLight, SunLight
 from .shading import ShadingPoints, reflect
-from .vectors import Floats, column, cross, dot
+from .vectors import Floats, column, dot
 
 RADII, ANGLES = 12, 24
 """Nodes over the sun's disk for a glossy surface: Gauss-Legendre in the squared radius, equal steps around."""
@@ -31,7 +31,7 @@ def quad_patch(points: ShadingPoints, corner: Floats, ab: Floats, ac: Floats, gl
     corner, ab, ac : (3, 1) or (3, n) float64
         Emits on the side of -(ab x ac).
     """
-    facing = dot(cross(ab, ac), corner - points.position) > 0
+    facing = faced_by(corner, ab, ac, points.position)
     heights = [dot(points.normal, v - points.position) for v in (corner, corner + ab, corner + ac, corner + ab + ac)]
     lit = np.flatnonzero(facing & (np.maximum.reduce(heights) > 0))  # the others are the dearest, and get nothing
     out = np.zeros_like(points.position)
