@@ -16,6 +16,7 @@ from .mesh_rays import MESH_RAYS
 from .nusselt_analog import NUSSELT_ANALOG
 from .offset import OFFSET
 from .planted_defects import PLANTED_DEFECTS
+from .random_scenes import RANDOM_SCENES
 from .random_vs_stratified import RANDOM_VS_STRATIFIED
 from .runs.declared import Experiment
 from .soft_shadows import SOFT_SHADOWS
@@ -45,4 +46,5 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     ERROR_AGAINST_TIME,
     MESH_RAYS,
     MESH_COST,
+    RANDOM_SCENES,
 )

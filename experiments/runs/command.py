@@ -112,6 +112,9 @@ def run_one(
         if experiment.text:
             with replacing(folder / "rows.md") as beside:
                 beside.write_text(experiment.text(rows), encoding="utf-8")
+        for name, words in (experiment.files(rows) if experiment.files else {}).items():
+            with replacing(folder / name) as beside:
+                beside.write_text(words, encoding="utf-8")
         for name, figure in experiment.figures(outcomes).items():
             figure.text(
                 0.995, 0.004, f"seed {settings.seed}: {tail['command']}", ha="right", fontsize=6, color="#718096"

@@ -101,11 +101,13 @@ class Experiment:
     figures : callable
         Outcomes, in the order of the jobs, to matplotlib figures by name.
     scenes : tuple of str
-        Classic scenes it looks at; empty if it makes its own.
+        Classic scenes it looks at, or how many it makes; empty if it makes its own and they cannot be chosen.
     table : callable, optional
         Rows to a table for the terminal, where the general one would not do.
     text : callable, optional
         Rows to a Markdown page.
+    files : callable, optional
+        Rows to further text files, by name.
     """
 
     name: str
@@ -115,3 +117,4 @@ class Experiment:
     scenes: tuple[str, ...] = ()
     table: Callable[[Sequence[Row]], Any] | None = None
     text: Callable[[Sequence[Row]], str] | None = None
+    files: Callable[[Sequence[Row]], dict[str, str]] | None = None
