@@ -27,7 +27,7 @@ def jobs(settings: Settings) -> list[Job]:
     width, passes = (64, 8) if settings.quick else (320, 32)
     scenes = settings.chosen(ANALYTIC.scenes)
     for scene in scenes:
-        if prepare(scene)[1].visibility:
+        if prepare(scene).needs.visibility:
             raise InputError("--scenes", scene.name, "scenes in which nothing blocks: the closed form knows no shadow")
     return [
         Job(

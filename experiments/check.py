@@ -67,7 +67,7 @@ def draw_area(
     scene: Scene, estimator: Estimator, rule: PixelRule | None, tolerance: float, executor: Executor | None
 ) -> AreaImage | None:
     """Pixels by area without sampling, if that is asked for and the estimator has no noise in this scene."""
-    _, needs = prepare(scene)
+    needs = prepare(scene).needs
     if rule != "area" or estimator.is_random(needs):
         return None
     return render_area(scene, estimator, tolerance=tolerance, executor=executor)
@@ -169,7 +169,7 @@ def our_image(
     progress: Progress | None,
 ) -> tuple[Image, int, dict[str, Any]]:
     """Our image, its number of passes, and raw seconds."""
-    _, needs = prepare(scene)
+    needs = prepare(scene).needs
     pilot_seed, seed, _ = seeds(question.seed, scene.name, estimator.name)
     started = time.perf_counter()
     offset = mitsuba_offset(scene) if question.shadow_origin == "mitsuba" else None

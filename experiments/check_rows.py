@@ -34,7 +34,7 @@ def head_of(
     scene: Scene, estimator: Estimator, ours: Image, passes: int, margin: float, seed: int, command: str
 ) -> dict[str, Any]:
     """What was asked, and what the scene did not need."""
-    _, needs = prepare(scene)
+    needs = prepare(scene).needs
     return {
         "scene": scene.name,
         "estimator": estimator.name,
@@ -62,7 +62,7 @@ def _left_out(ours: Image, needs: Needs, estimator: Estimator, scene: Scene) -> 
 
 def notes(scene: Scene, estimator: Estimator) -> list[str]:
     """What an estimator without noise leaves to sampling because of what stands before a light."""
-    return list(estimator.sampled(prepare(scene)[1])) if isinstance(estimator, Exact) else []
+    return list(estimator.sampled(prepare(scene).needs)) if isinstance(estimator, Exact) else []
 
 
 def _warnings(scene: Scene, ours: Image) -> list[str]:

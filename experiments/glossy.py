@@ -52,7 +52,7 @@ def jobs(settings: Settings) -> list[Job]:
     width, passes = (48, 16) if settings.quick else (240, 32)
     scenes = settings.chosen(GLOSSY.scenes)
     for scene in scenes:
-        if prepare(scene)[1].visibility:
+        if prepare(scene).needs.visibility:
             raise InputError(
                 "--scenes", scene.name, "scenes in which nothing blocks: the closed form is the truth here"
             )

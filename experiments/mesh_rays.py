@@ -54,7 +54,7 @@ def _row(what: str, triangles: int, rays: int, raw: list[float], mismatches: int
 def measure(triangles: int, side: int, points: int, repeats: int) -> Outcome:
     """A row for camera rays, and for shadow rays of the floor and of everything, in both methods."""
     scene = generated("mesh", triangles).with_(width=side, height=side)
-    geometry, needs = prepare(scene)
+    scene, geometry, needs = prepare(scene)
     x, y = pixel_centres(range(side), range(side))
     origin, d = column(scene.camera.position), primary_directions(scene, x, y)
     pixel = primary_directions(scene, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))

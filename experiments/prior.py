@@ -48,7 +48,7 @@ def same_strategy(scene: Scene, estimator: Estimator) -> str | None:
 
 def mitsuba_variance(scene: Scene, estimator: Estimator, seed: int, timeout: float) -> Floats | None:
     """Variance (h, w) of Mitsuba's image for the same strategy and samples; None where there is nothing to compare."""
-    _, needs = prepare(scene)
+    needs = prepare(scene).needs
     sampler = same_strategy(scene, estimator)
     if sampler is None or not estimator.is_random(needs):
         return None
@@ -67,7 +67,7 @@ def mitsuba_variance(scene: Scene, estimator: Estimator, seed: int, timeout: flo
 
 def offset_of(scene: Scene) -> RayOffset | None:
     """The rule of Mitsuba's shadow rays; None where nothing can be shadowed, or the rule is not known."""
-    geometry, needs = prepare(scene)
+    _, geometry, needs = prepare(scene)
     if not needs.visibility or geometry.triangles > SURFACES:
         return None
     try:

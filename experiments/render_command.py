@@ -46,7 +46,7 @@ def run_render(
 
         between = rule == "centre" and options["tolerance"] is not None and offset is None
         area: AreaImage | CentreImage | None = None
-        if error is None and between and not estimator.is_random(prepare(read)[1]):
+        if error is None and between and not estimator.is_random(prepare(read).needs):
             area = render_centre(read, estimator, tolerance=tolerance, executor=pool)
         elif error is None:
             area = draw_area(read, estimator, rule, tolerance, pool)

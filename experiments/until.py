@@ -70,7 +70,7 @@ def render_until(
     """
     if not 0 < error < 1:
         raise InputError("--error", error, "a number above 0 and below 1")
-    _, needs = prepare(scene)
+    needs = prepare(scene).needs
     if scene.spp == 1 and not estimator.is_random(needs):
         if estimator.claim(needs) != "exact":
             raise InputError("--error", error, f"an estimator with noise: {estimator.name} cannot tell its error here")

@@ -93,7 +93,7 @@ class Measured:
 
 def measure_ours(scene: Scene, estimator: Estimator, judged: Bools, seed: int, passes: int) -> Measured:
     """Passes timed one by one, the first apart; one where nothing is random."""
-    _, needs = prepare(scene)
+    needs = prepare(scene).needs
     count = passes if estimator.is_random(needs) else 1
     render(scene, estimator, seed=seed)  # fills caches
     images, seconds = [], []
@@ -130,7 +130,7 @@ def row_of(scene: Scene, method: Method, found: Measured, reference: Reference, 
     square = float(((found.mean - truth) ** 2).mean()) - float((reference.pixel_standard_error[judged] ** 2).mean())
     rms = math.sqrt(max(square - variance / passes + variance, 0.0))  # of one pass: its bias and its variance
     seconds = float(np.median(found.seconds))
-    claim = "unbiased" if method.estimator is None else method.estimator.claim(prepare(scene)[1])
+    claim = "unbiased" if method.estimator is None else method.estimator.claim(prepare(scene).needs)
     return {
         "scene": scene.name,
         "estimator": method.title,

@@ -88,7 +88,7 @@ def jobs(settings: Settings) -> list[Job]:
     width, samples = (32, SAMPLES[:3]) if settings.quick else (128, SAMPLES)
     scenes = settings.chosen(VISIBILITY_ONLY.scenes)
     for scene in scenes:
-        if not prepare(scene)[1].visibility:
+        if not prepare(scene).needs.visibility:
             raise InputError("--scenes", scene.name, "scenes with shadows: this is about visibility")
     return [
         Job(compare, {"scene": small(scene, width), "samples": samples, "seed": settings.seed_of(scene.name)})

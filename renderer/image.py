@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,15 +122,41 @@ def tiles(scene: Scene, samples: int) -> list[Tile]:
     ]
 
 
+class Prepared(NamedTuple):
+    """What every renderer starts from.
+
+    Parameters
+    ----------
+    scene : Scene
+        Brought near the origin (see `recentre`): the one that ``geometry`` and ``needs`` are of.
+    geometry : Geometry
+    needs : Needs
+    """
+
+    scene: Scene
+    geometry: Geometry
+    needs: Needs
+
+
 @lru_cache(maxsize=2)
-def _prepared(digest: str, everything: bool, scene: Scene) -> tuple[Geometry, Needs]:
+def _prepared(digest: str, everything: bool, moved: bool, scene: Scene) -> Prepared:
+    if moved:
+        scene = near_origin(scene)
     geometry = build_geometry(scene)
-    return geometry, find_needs(scene, geometry, everything)
+    return Prepared(scene, geometry, find_needs(scene, geometry, everything))
 
 
-def prepare(scene: Scene, everything: bool = False) -> tuple[Geometry, Needs]:
-    """A scene's arrays and its needs, found once."""
-    return _prepared(scene.digest(), everything, scene)
+def prepare(scene: Scene, everything: bool = False, moved: bool = True) -> Prepared:
+    """A scene near the origin, its arrays and its needs, found once: the door that every renderer goes through.
+
+    Not ``moved`` for who traces rays by another renderer's rule, which knows where the origin is.
+    """
+    return _prepared(scene.digest(), everything, moved, scene)
+
+
+def _opened(job: Job) -> Prepared:
+    """A job's scene: where it is and with all that is in it, if another renderer's rule is followed."""
+    return prepare(job.scene, job.everything or job.offset is not None, moved=job.offset is None)
 
 
 def _stream(job: Job, tile: Tile, number: int, light: int) -> np.random.Generator:
@@ -193,8 +219,7 @@ class _Moments:
 
 def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
     """All passes of one tile: arrays over its pixels (row by row), and its share of each pass's sum."""
-    scene = job.scene
-    geometry, needs = prepare(scene, job.everything or job.offset is not None)
+    scene, geometry, needs = _opened(job)
     x, y = pixel_centres(tile.columns, tile.rows)
     n, boxed = x.size, scene.spp > 1
     passes = job.passes if boxed or job.estimator.is_random(needs) else 1
@@ -280,12 +305,10 @@ def render(
     -------
     Image
     """
-    if offset is None:  # another renderer's rule knows where the origin is
-        scene = near_origin(scene)
     job = Job(scene, estimator, seed, passes, everything, tolerance, offset)
     common = getattr(estimator, "common", False)  # one light point at a time: a tile's memory does not grow with them
     parts = tiles(scene, 1 if common else estimator.samples)
-    _, needs = prepare(scene, everything or offset is not None)
+    needs = _opened(job).needs
     arrays: dict[str, Any] = {}
     pass_sums: dict[int, Floats] = {}
     routes: Counter[str] = Counter()

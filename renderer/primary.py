@@ -43,6 +43,22 @@ class Hits:
     triangle: Ints
 
 
+ULPS = 16 * 2.0**-53
+"""Rounding of an origin in an ellipsoid's own space, relative to the terms it is summed of."""
+
+
+def origin_in(geometry: Geometry, index: int, origin: Floats) -> tuple[Floats, float]:
+    """The origin (3, 1) in an ellipsoid's own space, o, and |o|^2 - 1: above 0 outside.
+
+    Exactly 0 where rounding cannot tell: who stands on the surface looks from inside, whatever the digits' last.
+    """
+    inverse, center = geometry.inverse[index], geometry.center[:, [index]]
+    o = transform(inverse, origin - center)
+    terms = transform(np.abs(inverse), np.abs(origin) + np.abs(center))
+    outside = dot(o, o).item() - 1
+    return o, 0.0 if abs(outside) <= ULPS * (dot(np.abs(o), terms).item() + 1) else outside
+
+
 def ellipsoid_distance(geometry: Geometry, index: int, origin: Floats, d: Floats, certain: bool = False) -> Floats:
     """First positive crossing of an ellipsoid from the origin (3, 1) along d (3, n); inf where there is none.
 
@@ -51,13 +67,12 @@ def ellipsoid_distance(geometry: Geometry, index: int, origin: Floats, d: Floats
     The discriminant is taken from the closest approach, 1 - |o - (o.d)d|^2, which keeps its digits for
     spheres far away (Haines et al. 2019); the nearer root avoids the difference of two close numbers.
     """
-    inverse = geometry.inverse[index]
-    o, d = transform(inverse, origin - geometry.center[:, [index]]), transform(inverse, d)
+    o, c = origin_in(geometry, index, origin)
+    d = transform(geometry.inverse[index], d)
     length2 = dot(d, d)
     b = dot(np.broadcast_to(o, d.shape), d)
     closest = o - d * (b / length2)
     discriminant = length2 * (1 - dot(closest, closest))
-    c = dot(o, o) - 1
     root = np.sqrt(np.maximum(discriminant, 0))
     q = -(b + np.copysign(root, b))
     with np.errstate(divide="ignore", invalid="ignore"):

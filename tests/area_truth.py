@@ -50,7 +50,7 @@ def scenes() -> list[Scene]:
 
 def half(view: Scene, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """Mean radiance (3, h, w) of one jittered grid a pixel, and the light bodies' share (h, w)."""
-    geometry, needs = prepare(view)
+    view, geometry, needs = prepare(view)
     rng, estimator = np.random.default_rng(seed), Analytic()
     out, lights = np.empty((3, view.height, view.width)), np.empty((view.height, view.width))
     i, j = (index.ravel() for index in np.meshgrid(np.arange(SIDE), np.arange(SIDE), indexing="ij"))

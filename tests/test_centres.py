@@ -57,7 +57,7 @@ def test_noise_and_absurd_tolerances_are_refused():
 
 def test_regions_are_the_same_by_boxes_and_by_blocks(monkeypatch):
     s = over_floor(32)
-    geometry, needs = build_geometry(s), prepare(s)[1]
+    geometry, needs = build_geometry(s), prepare(s).needs
     x, y = np.random.default_rng(2).uniform(0, 32, (2, 4000))
     lights = tuple(source.light for source in needs.sources)
     blocks = regions.Regions.of(s, geometry, lights).seen(x, y)

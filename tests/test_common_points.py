@@ -110,7 +110,7 @@ def mesh_scene(size=(20, 15)):
 
 def test_common_points_behind_a_mesh_average_to_what_plain_sampling_does():
     s = mesh_scene()
-    _, needs = prepare(s)
+    needs = prepare(s).needs
     assert needs.sources[0].blockers.hierarchy is not None
     plain = render(s, Area(samples=16, stratified=True), seed=1, passes=12)
     image = render(s, CommonPoints(samples=5), seed=2, passes=30)

@@ -29,7 +29,7 @@ def sampled(monkeypatch):
 
 
 def test_all_pixels_that_see_a_small_triangle_are_touched(ball):
-    geometry, _ = prepare(ball)
+    geometry = prepare(ball).geometry
     tree = small_triangles(geometry)
     found = crowded.touched(ball, geometry)
     x, y = camera.pixel_centres(range(40), range(40))
@@ -38,7 +38,7 @@ def test_all_pixels_that_see_a_small_triangle_are_touched(ball):
         assert seen.sum() > 100
         assert found.ravel()[seen].all()
     assert found.mean() < 0.5
-    assert not crowded.touched(scene(), prepare(scene())[0]).any()
+    assert not crowded.touched(scene(), prepare(scene()).geometry).any()
 
 
 def test_the_error_estimated_holds_against_pixels_that_were_cut(ball, sampled):

@@ -59,7 +59,7 @@ def truth():
 def test_where_nothing_blocks_exact_claims_have_no_noise_and_one_value(kind):
     made = open_scene(Material((0.5, 0.4, 0.3)))
     estimator = kind(samples=16, stratified=True)
-    _, needs = prepare(made)
+    needs = prepare(made).needs
     assert not needs.visibility
     image = render(made, estimator, seed=3, passes=8)
     exact = render(made, Analytic())
@@ -76,7 +76,7 @@ def test_where_nothing_blocks_exact_claims_have_no_noise_and_one_value(kind):
 def test_unbiased_claims_hold_behind_blockers(kind, truth):
     made = blocked_scene()
     estimator = kind(samples=16, stratified=True)
-    _, needs = prepare(made)
+    needs = prepare(made).needs
     passes = 20 if estimator.is_random(needs) else 1
     image = render(made, estimator, seed=1, passes=passes)
     # A clumping is known from the passes alone.

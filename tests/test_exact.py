@@ -13,6 +13,7 @@ from scipy import stats
 from experiments import catalogue
 from renderer.estimators import Area, Exact
 from renderer.exact import sections
+from renderer.geometry import build_geometry
 from renderer.image import prepare, render
 from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
 from renderer.needs import Source
@@ -33,7 +34,7 @@ def ball(center, radius, material=GREY):
 
 def irradiance(made, position, normal, *, light: int = 0, own: int = -1, **options):
     """E / L at points (3, n) with everything in the scene as occluders."""
-    geometry, _ = prepare(made)
+    geometry = build_geometry(made)
     position = np.asarray(position, dtype=float).reshape(3, -1)
     n = position.shape[1]
     normal = np.broadcast_to(np.asarray(normal, dtype=float).reshape(3, -1), (3, n))
@@ -126,7 +127,7 @@ def alarms(exact, sampled, passes):
 @pytest.mark.parametrize("name", SCENES)
 def test_images_lie_within_the_noise_of_sampling_at_every_pixel(name):
     made = SCENES[name].with_(width=24, height=18)
-    _, needs = prepare(made)
+    needs = prepare(made).needs
     assert Exact().claim(needs) == "exact"
     passes = 40
     sampled = render(made, Area(samples=144, stratified=True), seed=11, passes=passes)
@@ -361,17 +362,17 @@ def test_claims_and_routes():
     lights = (SIDE, PointLight((1, 2, 0), (1, 1, 1)), DirectionalLight((1, 2, 0), (1, 1, 1)))
     made = scene(floor(), BLOCK, lights=lights)
     image = render(made, Exact())
-    _, needs = prepare(made)
+    needs = prepare(made).needs
     assert Exact().claim(needs) == "exact"
     assert not Exact().is_random(needs)
     assert sum(image.routes.values()) == 3 * image.shaded.sum()
     assert min(image.routes[name] for name in ("unlit", "lit", "exact", "hidden")) > 0
     assert image.routes.get("sampled", 0) == 0
     sunny = made.with_(lights=(*lights, SunLight((1, 2, 0), (1, 1, 1), 5.0)))
-    assert Exact().claim(prepare(sunny)[1]) == "unbiased"
+    assert Exact().claim(prepare(sunny).needs) == "unbiased"
     assert render(sunny, Exact()).routes["sampled"] > 0
     crossing = scene(floor(), lights=(lamp(),), ellipsoids=(ball((0.3, 2, 0), 0.3),))
-    assert Exact().claim(prepare(crossing)[1]) == "unbiased"
+    assert Exact().claim(prepare(crossing).needs) == "unbiased"
     assert render(crossing, Exact()).routes["sampled"] > 0
 
 

@@ -181,7 +181,7 @@ def test_finer_strips_agree_where_edges_cross():
 
 def test_a_mesh_over_a_floor_is_rendered_without_noise_and_as_light_points_find_it():
     s = scene(made(torus_knot, 800, 0.7, (0, 1, 0)), floor(), lights=(lamp(2.5),), size=(20, 15))
-    _, needs = prepare(s)
+    needs = prepare(s).needs
     assert not Exact().is_random(needs)
     image = render(s, Exact(), passes=2)
     assert not image.variance.any()
@@ -190,7 +190,7 @@ def test_a_mesh_over_a_floor_is_rendered_without_noise_and_as_light_points_find_
     assert np.abs(image.mean - sampled.mean).max() < 0.05 * size
     assert np.sqrt(((image.mean - sampled.mean) ** 2).mean()) < 4e-3 * size
     glossy = s.with_(meshes=tuple(Mesh(m.vertices, m.triangles, Material((0.5,) * 3, (0.2,) * 3, 9)) for m in s.meshes))
-    assert Exact().is_random(prepare(glossy)[1])
+    assert Exact().is_random(prepare(glossy).needs)
 
 
 def test_what_it_cannot_do_is_refused():

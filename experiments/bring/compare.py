@@ -89,7 +89,7 @@ def compare(
     verdict = judge(sides.image, sides.reference, passes=sides.images, margin=question.margin, level=level)
     diagnosis = _diagnosis(scene, brought, raws, estimator.samples, estimator.stratified, progress)
     mistakes = _with_noise(diagnosis, brought, raws, sides, renders)
-    _, needs = prepare(scene)
+    needs = prepare(scene).needs
     row = {
         "scene": scene.name,
         "estimator": brought.renderer,

@@ -44,7 +44,7 @@ class Renders:
 
 def own_renders(scene: Scene, estimator: Estimator, probe: Probe, seed: int = 1) -> Renders:
     """Render a scene some times with an estimator."""
-    _, needs = prepare(scene)
+    needs = prepare(scene).needs
     count = PASSES if estimator.is_random(needs) or scene.spp > 1 else 1
     if scene.spp > 1:  # a pixel is its box: whole images
         images = np.stack([render(scene, estimator, seed=seed + k).mean for k in range(count)])
@@ -65,7 +65,7 @@ def _noise(passes: Floats) -> tuple[Floats, Floats]:
 def _pass(probe: Probe, estimator: Estimator, rng: np.random.Generator) -> Floats:
     sight = probe.sight
     out = sight.emission.copy()
-    _, needs = prepare(probe.scene)
+    needs = prepare(probe.scene).needs
     for start in range(0, sight.points.count, LOOK):
         some = np.arange(start, min(start + LOOK, sight.points.count))
         points = sight.points.take(some)

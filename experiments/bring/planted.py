@@ -64,7 +64,7 @@ def _of(change: Callable[[Scene], Scene]) -> Callable[[Scene, int], Levels]:
 
 def _half_pixel(scene: Scene, seed: int) -> Levels:
     """Every ray through its pixel's top left corner."""
-    geometry, needs = prepare(scene)
+    scene, geometry, needs = prepare(scene)
     estimator = Area(samples=scene.light_samples, stratified=scene.stratify)
     rng = np.random.default_rng(seed)
     out = np.empty((3, scene.height, scene.width))

@@ -47,7 +47,7 @@ def _made(kind: Kind, samples: int = SAMPLES) -> Estimator:
 
 
 def _random(estimator: Estimator, scene: Scene) -> bool:
-    return estimator.is_random(prepare(scene)[1])
+    return estimator.is_random(prepare(scene).needs)
 
 
 def _z(image: Image, passes: int, truth: Image, truth_passes: int) -> float:
@@ -71,7 +71,7 @@ def protocol(kind: Kind) -> str:
     if estimator.samples != SAMPLES:
         raise Failed(f"samples is {estimator.samples} after samples={SAMPLES}")
     for name, scene in SCENES.items():
-        _, needs = prepare(scene)
+        needs = prepare(scene).needs
         if estimator.claim(needs) not in CLAIMS:
             raise Failed(f"claims {estimator.claim(needs)!r} of {name}: one of {', '.join(CLAIMS)}")
         if not isinstance(estimator.is_random(needs), bool | np.bool_):
@@ -93,7 +93,7 @@ def oracles(kind: Kind) -> str:
     for glossy in (False, True):
         scene = open_scene(glossy)
         estimator = _made(kind)
-        claim = estimator.claim(prepare(scene)[1])
+        claim = estimator.claim(prepare(scene).needs)
         exact = render(scene, Analytic())
         passes = PASSES if _random(estimator, scene) else 1
         image = render(scene, estimator, seed=3, passes=passes)
@@ -114,7 +114,7 @@ def planted_scenes(kind: Kind) -> str:
     told = []
     for name, scene in SCENES.items():
         estimator = _made(kind)
-        claim = estimator.claim(prepare(scene)[1])
+        claim = estimator.claim(prepare(scene).needs)
         passes = PASSES if _random(estimator, scene) else 1
         truth = render(scene, Area(samples=64, stratified=True), seed=99, passes=PASSES)
         image = render(scene, estimator, seed=1, passes=passes)

@@ -35,7 +35,7 @@ def exact_estimator(scene: Scene) -> Estimator | None:
     """The first estimator that claims this scene exactly and draws no random number."""
     if scene.spp > 1:
         return None
-    _, needs = prepare(scene)
+    needs = prepare(scene).needs
     for kind in ESTIMATORS:
         try:
             made = kind(samples=1)

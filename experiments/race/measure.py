@@ -91,7 +91,7 @@ class Measured:
 
 def noise_free(scene: Scene) -> Estimator | None:
     """The first estimator that is exact for a scene and not random, else `Exact` if it is not random, else None."""
-    _, needs = prepare(scene)
+    needs = prepare(scene).needs
     for kind in ESTIMATORS:
         estimator = kind()
         if estimator.claim(needs) == "exact" and not estimator.is_random(needs):
@@ -101,7 +101,7 @@ def noise_free(scene: Scene) -> Estimator | None:
 
 def by_silhouettes(scene: Scene, estimator: Estimator) -> bool:
     """Whether a scene's shadows are those of big closed meshes: exact to about 1e-6, each pixel dear."""
-    return estimator.claim(prepare(scene)[1]) == "consistent"
+    return estimator.claim(prepare(scene).needs) == "consistent"
 
 
 def steps(scene: Scene, estimator: Estimator, rule: Rule) -> list[Step]:

@@ -54,7 +54,7 @@ def small(scene: Scene, width: int) -> Scene:
 
 def truth_of(scene: Scene, seed: int, samples: int = 1024, passes: int = 4) -> Truth:
     """The closed form where nothing blocks, exact shadows where they are, else a control variate's passes."""
-    _, needs = prepare(scene)
+    needs = prepare(scene).needs
     estimator: Estimator = Exact() if needs.visibility else Analytic()
     name = "exact shadows" if needs.visibility else "closed form"
     if needs.visibility and (scene.spp > 1 or estimator.claim(needs) != "exact" or estimator.is_random(needs)):

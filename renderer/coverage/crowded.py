@@ -87,13 +87,13 @@ class Frames:
 
     def __call__(self, pixel: Ints) -> Floats:
         """Sums (5, n) over the frames: radiance, hits of emitters, misses."""
-        geometry, needs = prepare(self.scene)
-        row, across = np.divmod(pixel, self.scene.width)
+        scene, geometry, needs = prepare(self.scene)
+        row, across = np.divmod(pixel, scene.width)
         total = np.zeros((5, pixel.size))
         for number in range(self.first, self.last):
             x, y, *light = (self.shift + number * STEPS) % 1.0
             # One place in all pixels: most of the small triangles then touch none of the rays (see `pairs`).
-            view: View = look(self.scene, geometry, across + x, row + y)
+            view: View = look(scene, geometry, across + x, row + y)
             total[:3] += view.emission
             total[3] += view.emitter
             total[4] += view.background

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry import Geometry
+from ..primary import origin_in
 from ..vectors import Floats, column, cross, dot, frame, transform, unit
 from .faces import Faces
 from .lens import Lens
@@ -131,10 +132,10 @@ Ring = tuple[Floats, float]
 
 def _rings(g: Geometry, faces: Faces, planes: list[tuple[Floats, Floats]], lens: Lens, index: int) -> list[Ring]:
     """Silhouette and plane sections of one ellipsoid, in its own space."""
-    center, inverse, axes = g.center[:, [index]], g.inverse[index], g.axes[index]
-    eye = transform(inverse, lens.origin - center)
-    distance = math.sqrt(dot(eye, eye).item())
-    found: list[Ring] = [(eye / distance, 1 / distance)] if distance > 1 else []
+    center, axes = g.center[:, [index]], g.axes[index]
+    eye, outside = origin_in(g, index, lens.origin)
+    distance = math.sqrt(1 + outside)
+    found: list[Ring] = [(eye / distance, 1 / distance)] if outside > 0 else []
     half = np.sqrt((axes**2).sum(axis=1))[:, None]
     low, high = (f(_corners(g), axis=2) for f in (np.min, np.max))
     touched = ((low <= center + half) & (high >= center - half)).all(axis=0)

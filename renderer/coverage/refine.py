@@ -103,10 +103,11 @@ def refine(items: Items, edges: Edges, regions: Regions, shade: Shader, budget: 
 
 def _worst(items: Items, budget: float) -> Ints:
     """The fewest items, of those that can be refined, that bring the others below the budget."""
-    square = np.where(items.level < len(GRIDS) - 1, items.estimate**2, 0.0)
+    some = np.flatnonzero((items.level < len(GRIDS) - 1) & (items.estimate > 0))
+    square = items.estimate[some] ** 2
     order = np.argsort(square, kind="stable")
-    kept = int(np.searchsorted(np.cumsum(square[order]), budget))
-    return np.sort(order[kept:])
+    kept = int(np.searchsorted(np.cumsum(square[order]), budget, side="right"))
+    return np.sort(some[order[kept:]])
 
 
 def _evaluate(

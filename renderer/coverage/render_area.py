@@ -98,7 +98,7 @@ def render_area(
     """
     if not 0 < tolerance < 1:
         raise InputError("tolerance", tolerance, "a number in (0, 1)")
-    geometry, needs = prepare(scene, everything)
+    _, geometry, needs = prepare(scene, everything)
     if estimator.is_random(needs):
         raise InputError("estimator", estimator.name, "one without noise in this scene, for pixels by area")
     if is_crowded(geometry):

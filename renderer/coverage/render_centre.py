@@ -58,9 +58,9 @@ class _Work:
 
     def __call__(self, index: Ints) -> Floats:
         """Reflected radiance (3, n) at the centres of pixels that reflect."""
-        geometry, needs = prepare(self.scene)
-        row, column = np.divmod(index, self.scene.width)
-        points = look(self.scene, geometry, column + 0.5, row + 0.5).points
+        scene, geometry, needs = prepare(self.scene)
+        row, column = np.divmod(index, scene.width)
+        points = look(scene, geometry, column + 0.5, row + 0.5).points
         out, unused = np.zeros((3, index.size)), np.random.default_rng(0)
         for source in needs.sources:
             out += self.estimator(points, source.seen_from(points.position), unused)
@@ -90,11 +90,11 @@ def render_centre(
     """
     if not 0 < tolerance < 1:
         raise InputError("tolerance", tolerance, "a number in (0, 1)")
-    geometry, needs = prepare(scene)
+    near, geometry, needs = prepare(scene)
     if estimator.is_random(needs):
         raise InputError("estimator", estimator.name, "one without noise in this scene, for interpolation")
     height, width = scene.height, scene.width
-    view = look(scene, geometry, *pixel_centres(range(width), range(height)))
+    view = look(near, geometry, *pixel_centres(range(width), range(height)))
     evaluated = 0
 
     def evaluate(index: Ints) -> Floats:

@@ -32,12 +32,12 @@ def render_crowded(
 
     What a large triangle shows between the centres of nine pixels of one plane, thinner than a pixel, is lost.
     """
-    geometry, _ = prepare(scene)
+    near, geometry, _ = prepare(scene)
     height, width = scene.height, scene.width
-    view = look(scene, geometry, *pixel_centres(range(width), range(height)))
+    view = look(near, geometry, *pixel_centres(range(width), range(height)))
     plane = planes(view)
     label = np.where(plane >= 0, plane, -1 - view.hits.surface.astype(np.int64) - 1).reshape(height, width)
-    plain = around_agrees(label) & ~touched(scene, geometry)
+    plain = around_agrees(label) & ~touched(near, geometry)
     region = np.where(plain, plane.reshape(height, width), -1)
     evaluated = 0
 

@@ -17,6 +17,7 @@ from ..estimators.protocol import Estimator
 from ..geometry import Geometry, Ints
 from ..image import prepare
 from ..needs import Needs
+from ..primary import origin_in
 from ..scene import Scene
 from ..vectors import Floats, dot
 from .regions import NOTHING, Regions
@@ -46,8 +47,8 @@ def regions_of(scene: Scene, digest: str, everything: bool = False) -> Found:
     key = digest, everything
     found = _LAST.get(key)
     if found is None:
-        geometry, needs = prepare(scene, everything)
-        found = geometry, needs, Regions.of(scene, geometry, tuple(source.light for source in needs.sources))
+        near, geometry, needs = prepare(scene, everything)
+        found = geometry, needs, Regions.of(near, geometry, tuple(source.light for source in needs.sources))
         _LAST.clear()
         _LAST[key] = found
     return found
@@ -124,8 +125,8 @@ def palette_of(scene: Scene, regions: Regions, needs: Needs) -> Palette:
     origin = regions.lens.origin
     k = faces.triangle
     height = dot(g.normal[:, k], origin - g.a[:, k])
-    inside = np.array([_inside(g, index, origin) for index in range(g.ellipsoids)], dtype=bool)
-    front = np.concatenate((height > 0, ~inside))
+    outside = np.array([origin_in(g, index, origin)[1] > 0 for index in range(g.ellipsoids)], dtype=bool)
+    front = np.concatenate((height > 0, outside))
     surface = np.concatenate((g.triangle_surface[k], g.ellipsoid_surface)).astype(np.int64)
     emitter = g.light[surface] >= 0
     seen = np.where(front, g.emission[:, surface], 0.0)
@@ -139,11 +140,6 @@ def palette_of(scene: Scene, regions: Regions, needs: Needs) -> Palette:
         np.concatenate((emitter, pad)),
         np.concatenate((~faced & ~emitter, pad)),
     )
-
-
-def _inside(g: Geometry, index: int, origin: Floats) -> bool:
-    local = g.inverse[index] @ (origin - g.center[:, [index]])
-    return bool(dot(local, local).item() < 1)
 
 
 def surface_of(region: Ints, surfaces: int) -> Ints:

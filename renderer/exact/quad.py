@@ -22,7 +22,7 @@ import numpy as np
 from ..closed_forms.irradiance import irradiance
 from ..closed_forms.phong_lobe import phong_lobe
 from ..geometry import Bools, Ints
-from ..light_points import colour
+from ..light_points import colour, faced_by
 from ..lights import QuadLight
 from ..needs import Source
 from ..shading import ShadingPoints
@@ -125,7 +125,7 @@ class QuadShadows:
     def _faced(self) -> Ints:
         """Points that the light faces, and above whose horizon it reaches."""
         p, ab, ac = column(self.light.corner) - self.points.position, column(self.light.ab), column(self.light.ac)
-        facing = dot(np.cross(self.light.ab, self.light.ac), p) > 0
+        facing = faced_by(column(self.light.corner), ab, ac, self.points.position)
         top = np.maximum.reduce([dot(self.points.normal, v) for v in (p, p + ab, p + ac, p + ab + ac)])
         return np.flatnonzero(facing & (top > 0))
 

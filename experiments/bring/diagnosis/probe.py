@@ -118,13 +118,13 @@ class Probe:
     """
 
     def __init__(self, scene: Scene, samples: int, stratified: bool, seed: int = 0) -> None:
+        scene, self.geometry, needs = prepare(scene)
         self.scene, self.seed = scene, seed
         self.stratified = stratified and math.isqrt(samples) ** 2 == samples
         self.samples = min(samples, 256)
         if self.stratified:
             self.samples = math.isqrt(self.samples) ** 2
         self.passes = max(2, -(-SAMPLES // self.samples))
-        self.geometry, needs = prepare(scene)
         kept = {source.index: source for source in needs.sources}
         nothing = Blockers(self.geometry, *np.zeros((2, 0), dtype=np.int64))
         self.sources = [kept.get(k, Source(k, one, nothing, scene.is_glossy)) for k, one in enumerate(scene.lights)]
