@@ -105,7 +105,7 @@ class Exact:
         return self._sampled(points, source, rng), closed_bound(points, source), {"exact": n}
 
     def _sampled(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
-        if isinstance(source.light, QuadLight) and self.samples < SAMPLES:
+        if source.has_extent and self.samples < SAMPLES:
             return ControlVariate(samples=SAMPLES, stratified=True)(points, source, rng)
         return ControlVariate(samples=self.samples, stratified=self.stratified)(points, source, rng)
 

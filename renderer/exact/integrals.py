@@ -17,7 +17,7 @@ from .circles import CircleArcs
 from .kernels import lambert_arcs, lambert_circles, lobe_arcs, lobe_circles
 from .rims import Arcs
 from .sections import Square
-from .strips import Trapezoids
+from .strips import Bodies, Trapezoids
 
 NODES = 6
 """Gauss-Legendre nodes each way over a part of a small light."""
@@ -93,17 +93,12 @@ def over_nodes(points: ShadingPoints, square: Square, parts: Trapezoids, lobe: b
     return Integral(value, QUADRATURE * value)
 
 
-def displaced(points: ShadingPoints, square: Square, shift: Floats, lobe: bool) -> Floats:
-    """What (n,) curves may take or give that lie so far (n,) from where they should, summed, in the square.
+def displaced(points: ShadingPoints, bodies: Bodies, lobe: bool) -> Floats:
+    """What (n,) curves may take or give that are seen by so much from where they should be, summed.
 
-    That times a curve's length, at most the diagonal, times the largest integrand.
+    That angle times a curve's length as it is seen, times the largest integrand.
     """
-    normal = np.cross(square.ab, square.ac, axis=0)
-    volume = np.abs(dot(normal, square.p))
-    middle = square.p + 0.5 * (square.ab + square.ac)
-    reach = 0.5 * (np.sqrt(dot(square.ab, square.ab)) + np.sqrt(dot(square.ac, square.ac)))
-    height, far = volume / np.sqrt(dot(normal, normal)), np.sqrt(dot(middle, middle))
-    nearest = np.maximum(far - reach, height)
-    top = np.maximum.reduce([dot(points.normal, corner) for corner in square.corners])
-    largest = volume * np.minimum(top, far + reach) / nearest**4
-    return np.asarray(1.5 * shift * largest * ((points.shininess + 2) if lobe else 2))
+    square = bodies.square
+    cosine = np.maximum.reduce([dot(points.normal, corner) for corner in square.corners]) / square.nearest
+    largest = np.minimum(np.maximum(cosine, 0.0), 1.0) * ((points.shininess + 2) if lobe else 2)
+    return np.asarray(bodies.shift() * (np.pi * square.width) * largest)

@@ -200,7 +200,7 @@ def _integral(points: ShadingPoints, bodies: Bodies, parts: Trapezoids, small: B
         parts = parts.take(np.flatnonzero(points.specular.max(axis=0)[parts.point] > 0))
     one = over_arcs(points, *rims(bodies, parts.take(np.flatnonzero(~small[parts.point])), few=lobe), lobe)
     two = over_nodes(points, bodies.square, parts.take(np.flatnonzero(small[parts.point])), lobe)
-    error = one.error + two.error + displaced(points, bodies.square, bodies.shift(), lobe)
+    error = one.error + two.error + displaced(points, bodies, lobe)
     return Integral(np.maximum(one.value + two.value, 0.0), error)
 
 

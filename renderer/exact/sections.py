@@ -10,6 +10,7 @@ space coincides here to that rounding.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -85,7 +86,7 @@ class Square:
         start, step = vertices - points[:, None], np.roll(vertices, -1, axis=1) - vertices
         room = np.abs(start).max(axis=0) * np.abs(step).max(axis=0)
         lines, kept = self._rounded(cross(start, step), room, point)
-        vague = np.flatnonzero(~(lines.place <= PLACE))
+        vague = self._vague(lines)
         if vague.size:
             of = kept[vague]
             corners = vertices[..., of]
@@ -97,7 +98,7 @@ class Square:
     def lines(self, planes: Floats, point: Ints) -> Lines:
         """Lines of planes (3, k, q) of unit normals through the points (q,), of those that may matter."""
         lines, kept = self._rounded(planes, np.ones(planes.shape[1:]), point)
-        vague = np.flatnonzero(~(lines.place <= PLACE))
+        vague = self._vague(lines)
         if vague.size:
             self._mend(lines, vague, dd.exact(planes[..., kept[vague]]))
         return lines
@@ -107,16 +108,20 @@ class Square:
         p = self.p[:, point]
         a, b, c = dot(plane, self.ab[..., None]), dot(plane, self.ac[..., None]), dot(plane, p[:, None])
         reach = np.maximum(np.abs(p).max(axis=0), max(np.abs(self.ab).max(), np.abs(self.ac).max()))
-        rounding = ROUNDING * room * reach
-        beyond = c + np.maximum(a, 0) + np.maximum(b, 0) < -4 * rounding
+        beyond = c + np.maximum(a, 0) + np.maximum(b, 0) < -4 * ROUNDING * room * reach
         kept = np.flatnonzero(~beyond.any(axis=0))
-        plane, a, b, c, rounding = plane[..., kept], a[:, kept], b[:, kept], c[:, kept], rounding[:, kept]
-        slope = np.maximum(np.abs(a), np.abs(b))
+        point, plane, a, b, c, room = point[kept], plane[..., kept], a[:, kept], b[:, kept], c[:, kept], room[:, kept]
+        length = np.sqrt(dot(plane, plane))
         with np.errstate(divide="ignore", invalid="ignore"):
-            place = np.where((rounding > 0) & (plane != 0).any(axis=0), rounding / slope, 0.0).max(axis=0)
-        size = np.maximum(slope, np.abs(c))
+            turn = np.where(length > 0, room / length, np.where((room > 0) & (a != 0), np.inf, 0.0)).max(axis=0)
+        place = ROUNDING * (turn + reach[kept] / self.nearest[point])
+        size = np.maximum(np.maximum(np.abs(a), np.abs(b)), np.abs(c))
         size += size == 0
-        return Lines(point[kept], plane, a / size, b / size, c / size, place), kept
+        return Lines(point, plane, a / size, b / size, c / size, place), kept
+
+    def _vague(self, lines: Lines) -> Ints:
+        """Pairs whose lines are not known to PLACE of the square as it is seen."""
+        return np.flatnonzero(~(lines.place <= PLACE * self.width[lines.point]))
 
     def _mend(self, lines: Lines, index: Ints, plane: dd.Pair) -> None:
         """The same of planes in double-double, for the lines of some pairs (k,)."""
@@ -129,7 +134,24 @@ class Square:
         for v, mended in zip((lines.a, lines.b, lines.c), (a, b, c), strict=True):
             v[:, index] = mended / size
         lines.planes[..., index] = dd.value(plane)
-        lines.place[index] = FINE
+        lines.place[index] = FINE * self.width[point]
+
+    @cached_property
+    def nearest(self) -> Floats:
+        """At most the distance (n,) of the square's nearest place."""
+        normal, middle = cross(self.ab, self.ac), self.p + 0.5 * (self.ab + self.ac)
+        height = np.abs(dot(normal, self.p)) / np.sqrt(dot(normal, normal))
+        return np.maximum(np.sqrt(dot(middle, middle)) - self.reach, height)
+
+    @property
+    def reach(self) -> float:
+        """At least half its diagonal."""
+        return float(0.5 * (np.sqrt(dot(self.ab, self.ab)) + np.sqrt(dot(self.ac, self.ac)))[0])
+
+    @cached_property
+    def width(self) -> Floats:
+        """At least the angle (n,) under which it is seen, in radians, but for a factor of pi where it is wide."""
+        return np.minimum(2 * self.reach / self.nearest, 1.0)
 
 
 @dataclass(frozen=True)
@@ -145,7 +167,7 @@ class HalfPlanes:
     a, b, c : (k, q) float64
         Their lines a u + b v + c >= 0.
     place : (q,) float64
-        How far a line may lie from where it should.
+        By which angle a line may lie from where it should, in radians.
     blocks : (q,) bool
         Bodies; the others are horizons.
     """
@@ -217,10 +239,10 @@ class HalfPlanes:
         return pair[inner], line[inner], u[:, inner], v[:, inner]
 
 
-ROUNDING = 40 * 2.0**-53
-"""Rounding of a line's coefficients in float64, in products of the vectors' largest components."""
+ROUNDING = 12 * 2.0**-53
+"""Rounding of a plane's components in float64, in products of the vectors' largest components, and of its line's."""
 PLACE, FINE = 2e-13, 2e-15
-"""How far from where it should a line may lie in the square that is taken in float64; and in double-double."""
+"""How wrong a line may be as it is seen, relative to the square's width, in float64; and in double-double."""
 ROUND = 1e-14
 """Rounding of a line's value where its coefficients are at most 1: lines that part by less are one."""
 

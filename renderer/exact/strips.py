@@ -90,11 +90,16 @@ class Bodies:
         return [(r, self.lines + int(k), self.flats.count + int(k)) for r, k in zip(self.rounds, sizes, strict=False)]
 
     def shift(self) -> Floats:
-        """How far (n,) the bodies' curves may lie from where they should, summed."""
-        out = np.bincount(self.flats.point, self.flats.place * self.flats.a.shape[0], self.count) + 8 * FINE
+        """By which angles (n,) the bodies' curves may lie from where they should, summed."""
+        lines, n = self.flats.a.shape[0], self.count
+        curves = np.bincount(self.flats.point, minlength=n) * lines + 8.0
+        out = np.bincount(self.flats.point, self.flats.place * lines, n).astype(np.float64)
         for group in self.rounds:
-            out += np.bincount(group.point, minlength=self.count) * ROUND
-        return out
+            many = np.bincount(group.point, minlength=n)
+            out += many * ROUND
+            curves += 2 * many
+        # And each place on a curve is rounded as a part of the square.
+        return np.asarray(out + FINE * curves * (2 * self.square.reach / self.square.nearest))
 
     def blocks(self) -> Bools:
         """Bodies that are no horizon."""
