@@ -65,6 +65,6 @@ def run_render(
             click.echo(said if reached.error else "no sampling error", err=True)
     if image.back_faces:
         click.echo(f"warning: {image.back_faces} pixels show the black back of a one-sided surface", err=True)
-    if note := negative_note(image, estimator, estimator.claim(prepare(read)[1])):
+    if note := negative_note(image, estimator, estimator.claim(prepare(read).needs)):
         click.echo(f"warning: {note}", err=True)
     write_image(output, image.mean)
