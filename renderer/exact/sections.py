@@ -233,9 +233,8 @@ class HalfPlanes:
         other = slope[line, pair] * t + base[line, pair]
         steep = steep[line, pair]
         u, v = np.clip(np.where(steep, other, t), 0.0, 1.0), np.clip(np.where(steep, t, other), 0.0, 1.0)
-        # What runs along the square's rim parts nothing.
-        rim = [(w.max(axis=0) <= ROUND) | (w.min(axis=0) >= 1 - ROUND) for w in (u, v)]
-        inner = np.flatnonzero(~(rim[0] | rim[1]))
+        # What runs along v = 0 or 1 parts nothing, and does not tell how far a region reaches.
+        inner = np.flatnonzero((v.max(axis=0) > ROUND) & (v.min(axis=0) < 1 - ROUND))
         return pair[inner], line[inner], u[:, inner], v[:, inner]
 
 
