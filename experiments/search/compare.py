@@ -50,12 +50,18 @@ class Compared:
         return np.flatnonzero(self.ratio > 1)
 
 
-def compare(one: Seen, mine: Values, copy: Copy, estimator: Any) -> Compared:
-    """Hold a scene's values against its twin's at the twin's image of the same points."""
+def compare(one: Seen, mine: Values, copy: Copy, estimator: Any) -> Compared | None:
+    """Hold a scene's values against its twin's at the twin's image of the same points.
+
+    None where the twin was rounded far from the origin and is rendered near it: digits it lost there stand for zeros
+    here, and what was one plane is two.
+    """
     other = seen(copy.scene)
+    if not copy.exact and other.anchor.any():
+        return None
     motion = _between(one, other, copy.motion)
     index, twin_index = _matched(one, other, motion)
-    few, exact = _points(one.points.take(index), other.points.take(twin_index), motion)
+    few, exact = _points(one.points.take(index), other.points.take(twin_index), motion, copy.exact)
     chosen = estimator if copy.shortcuts else replace(estimator, shortcuts=False)
     free = [mine.free[k][:, index] * copy.factor if k in mine.free else 0.0 for k in copy.parents]
     theirs, off = twin_values(other, few, chosen, free, copy.everything)
@@ -63,7 +69,7 @@ def compare(one: Seen, mine: Values, copy: Copy, estimator: Any) -> Compared:
     difference = np.abs(mine.radiance[:, index] * copy.factor - theirs)
     suspicious = np.flatnonzero((difference > allowed).any(axis=0))
     if suspicious.size:
-        excuse = _excuse(one, other, few.take(suspicious), motion, copy.exact & exact[suspicious])
+        excuse = _excuse(one, other, few.take(suspicious), motion, exact[suspicious])
         allowed[:, suspicious] += excuse
     ratio = np.where(difference > 0, difference / np.maximum(allowed, 1e-300), 0.0).max(axis=0)
     ratio = np.where(np.isfinite(difference).all(axis=0), ratio, np.inf)
@@ -92,15 +98,15 @@ def _matched(one: Seen, other: Seen, motion: Motion) -> tuple[Any, Any]:
     return index[near], twin[near]
 
 
-def _points(a: ShadingPoints, b: ShadingPoints, motion: Motion) -> tuple[ShadingPoints, Any]:
-    """The images of a's points, on b's surfaces; which of them took no rounding, (n,).
+def _points(a: ShadingPoints, b: ShadingPoints, motion: Motion, kept: bool) -> tuple[ShadingPoints, Any]:
+    """The images of a's points, on b's surfaces; which of them took no rounding, (n,), if the surfaces took none.
 
-    Where the image had to be rounded it may lie off the twin's surface by more than a hit ever does: it is brought
-    back onto the plane of the twin's own hit.
+    Where image or surface had to be rounded it may lie off the twin's surface by more than a hit ever does: it is
+    brought back onto the plane of the twin's own hit.
     """
     image = motion.points(a.position)
     back = Motion(np.linalg.inv(motion.matrix), np.zeros(3)).points(image - motion.shift[:, None])
-    exact = (back == a.position).all(axis=0) & (not motion.rounds)
+    exact = (back == a.position).all(axis=0) & kept
     image = np.where(exact, image, image - b.normal * dot(b.normal, image - b.position))
     normal = np.where(exact, motion.directions(a.normal), b.normal)
     outgoing, mirror = motion.directions(a.outgoing), motion.directions(a.mirror)

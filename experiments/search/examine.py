@@ -158,9 +158,9 @@ def _twin(twin: Twin, scene: Scene, one: Seen, mine: Values, seed: int, estimato
     """Compare with one twin; the points on which they disagree, worst first."""
     try:
         copy = twin.make(scene, stream(seed, twin.name))
-        if copy is None:
+        compared = None if copy is None else compare(one, mine, copy, estimator)
+        if compared is None:
             return []
-        compared = compare(one, mine, copy, estimator)
     except InputError:  # no valid scene: rounded to nothing
         return []
     except Exception as error:  # whatever it is, it is a finding
