@@ -27,7 +27,7 @@ from renderer.scene import Camera
 from renderer.scene_text import parse_scene
 from renderer.surfaces import Ellipsoid, Material
 
-TRIED = ("boxes", "coincident", "room", "soup", "mixed")
+TRIED = ("boxes", "coincident", "room", "soup")
 """Kinds of scenes that must pass here: tuple(KINDS) once `exact` holds on all of them."""
 NUMBERS = range(1, 6)
 SEED = 2

@@ -24,8 +24,8 @@ from .twins import TWINS, Twin
 
 ITSELF = "itself"
 EXACT = Exact()
-POINTS = 3
-"""Random points of every scene that each referee is asked about."""
+POINTS = 2
+"""Random points of every scene that each referee is asked about, beside the brightest and a dark one."""
 SUSPECTS = 2
 """Points on which a twin disagrees that they are asked about."""
 FIRST, MOST = 4096, 1 << 16
@@ -180,11 +180,19 @@ def _twin(twin: Twin, scene: Scene, one: Seen, mine: Values, seed: int, estimato
     return [int(k) for k in compared.index[wrong[:SUSPECTS]]]
 
 
+def _asked(mine: Values, rng: np.random.Generator, count: int) -> Any:
+    """Points for a referee: some by chance, the brightest, and one that gets nothing though the light faces it."""
+    order = rng.permutation(mine.radiance.shape[1])
+    bright = mine.radiance.max(axis=0)
+    dark = order[(bright[order] == 0) & (mine.unoccluded[:, order].max(axis=0) > 0)]
+    return np.unique(np.concatenate((order[:count], [np.argmax(bright)], dark[:1])))
+
+
 def _referee(
     name: str, one: Seen, mine: Values, rng: np.random.Generator, count: int, suspects: list[int], found: Found
 ) -> int:
     """Ask a referee about some points; how many means that took."""
-    some = np.sort(rng.permutation(one.points.count)[:count])
+    some = _asked(mine, rng, count)
     worst = np.array(list(dict.fromkeys(suspects))[: 2 * SUSPECTS], dtype=np.int64)
     means = 0
     for index, samples in ((some, FIRST), (worst, MOST)):
