@@ -18,7 +18,7 @@ ROUNDINGS = 8.0
 
 @dataclass(frozen=True)
 class CircleArcs:
-    """Arcs first <= phi <= last (k,) of circle cones, one each; all count -1."""
+    """Arcs first <= phi <= last (k,) of circle cones, one each."""
 
     cone: Rounds
     first: Floats

@@ -40,7 +40,7 @@ class Integral:
         return Integral(self.value[index], self.error[index])
 
 
-def over_arcs(points: ShadingPoints, arcs: Arcs, circles: list[CircleArcs], lobe: bool) -> Integral:
+def over_arcs(points: ShadingPoints, arcs: Arcs, circles: list[tuple[CircleArcs, Floats]], lobe: bool) -> Integral:
     """The integral (n,) over closed contours."""
     value, error = np.zeros(points.count), np.zeros(points.count)
     p = arcs.point
@@ -50,11 +50,11 @@ def over_arcs(points: ShadingPoints, arcs: Arcs, circles: list[CircleArcs], lobe
         share, bound = lambert_arcs(arcs.start, arcs.end, points.normal[:, p])
     value += np.bincount(p, share, points.count)
     error += np.bincount(p, bound, points.count)
-    for part in circles:
+    for part, sign in circles:
         p = part.cone.point
         n, w, s = points.normal[:, p], points.mirror[:, p], points.shininess[p]
         share, bound = lobe_circles(part, n, w, s) if lobe else lambert_circles(part, n)
-        value -= np.bincount(p, share, points.count)
+        value += np.bincount(p, sign * share, points.count)
         error += np.bincount(p, bound, points.count)
     return Integral(value, error)
 

@@ -30,7 +30,7 @@ class Arcs:
     end: Floats
 
 
-def rims(bodies: Bodies, parts: Trapezoids, few: bool) -> tuple[Arcs, list[CircleArcs]]:
+def rims(bodies: Bodies, parts: Trapezoids, few: bool) -> tuple[Arcs, list[tuple[CircleArcs, Floats]]]:
     """The trapezoids' rims.
 
     Where two of them meet along a line of constant u the arcs cancel; with ``few`` they are not made: that costs
@@ -74,21 +74,31 @@ def _cancelled(parts: Trapezoids) -> tuple[Ints, Floats, Floats]:
     return point[k], u[k], ends
 
 
-def _curved(bodies: Bodies, parts: Trapezoids) -> list[CircleArcs]:
-    """Parts of round outlines, ascending about what they hide."""
+def _curved(bodies: Bodies, parts: Trapezoids) -> list[tuple[CircleArcs, Floats]]:
+    """Parts of round outlines, ascending, and how they count: -1 where the rim runs the other way, as it mostly does.
+
+    Beside the place where a line of constant u touches an outline, an angle is known to the root of rounding only:
+    a short arc may then run backwards. Which of two ways round it is, is told by a place between.
+    """
     out = []
     for group, first, _ in bodies.curved():
-        for side, (begin, stop) in enumerate(((1, 0), (0, 1))):
-            mine = np.flatnonzero((parts.curve[side] >= first) & (parts.curve[side] < first + group.point.size))
-            cone, owner = group.cone.take(parts.curve[side][mine] - first), parts.point[mine]
-            phi = [
+        for side, sign in ((0, -1), (1, 1)):  # ascending about what is hidden
+            pair = parts.curve[side] - first
+            mine = np.flatnonzero((pair >= 0) & (pair < group.point.size))
+            pair, owner = pair[mine], parts.point[mine]
+            cone = group.cone.take(pair)
+            ends = [
                 angle(cone, bodies.square.at(owner, parts.u[end, mine], parts.v[side, end, mine]))
-                for end in (begin, stop)
+                for end in ((0, 1) if sign > 0 else (1, 0))
             ]
-            turn = np.mod(phi[1] - phi[0], 2 * np.pi)
-            out.append(CircleArcs(cone, phi[0], phi[0] + np.where(turn > 2 * np.pi - NOTHING, 0.0, turn)))
+            turn = np.mod(ends[1] - ends[0], 2 * np.pi)
+            far = np.flatnonzero(turn > np.pi)
+            if far.size:
+                u = parts.u[:, mine[far]].mean(axis=0)
+                v = np.clip(group.interval(pair[far], u, meets=True)[1 - side], 0.0, 1.0)
+                between = np.mod(angle(cone.take(far), bodies.square.at(owner[far], u, v)) - ends[0][far], 2 * np.pi)
+                back = np.abs(between / turn[far] - 0.5) > 0.48
+                turn[far[back]] -= 2 * np.pi
+            begin = np.where(turn < 0, ends[1], ends[0])
+            out.append((CircleArcs(cone, begin, begin + np.abs(turn)), np.where(turn < 0, 1.0, -1.0)))
     return out
-
-
-NOTHING = 1e-9
-"""Arcs that lack so little of a circle are of no length, and rounded."""
