@@ -22,7 +22,8 @@ from .light_cone import Bools
 from .panel_rules import NODES, WEIGHTS, gauss, root
 from .rounds import ALL, NONE, arc, wrapped
 
-HALVINGS = 40
+HALVINGS, MANY = 40, 50
+"""How often a panel is halved, and how many there may be for each arc."""
 SMOOTH = 16.0
 """From this exponent on the root at the horizon is smooth to Gauss-Legendre."""
 MOVED, ROUNDED = 8.0, 16.0
@@ -143,14 +144,16 @@ def lobe_circles(arcs: CircleArcs, n: Floats, w: Floats, s: Floats) -> tuple[Flo
 
 
 def _doubt(curves: _Curves) -> Floats:
-    """What it may cost that the horizon, where an exponent of 0 has a step, is not known exactly, nor an arc's ends."""
-    amplitude = np.maximum(curves.t[0], 1e-300)
+    """What it may cost that t is only known to rounding, and with it the horizon, where an exponent of 0 has a step."""
+    amplitude, length = np.maximum(curves.t[0], 1e-300), np.sqrt(curves.least)
     slip = MOVED * EPS * (curves.size + np.abs(curves.t[2])) / amplitude
     touches = np.abs(np.abs(curves.t[2]) - amplitude) <= slip * amplitude
     crossing = np.minimum(slip / np.maximum(np.sin(curves.half), 1e-300), np.sqrt(2 * slip))
     crossing = np.where(curves.flat, touches * np.sqrt(2 * slip), crossing)
-    speed = curves.rho / np.sqrt(curves.least)
-    return np.asarray(2 * (1 + np.abs(curves.w_n)) * speed * crossing + 4 * MOVED * EPS * speed)
+    power, speed = np.minimum(curves.s, 1.0), curves.rho / length
+    moved = crossing * np.minimum(slip * amplitude / length, 1.0) ** power
+    moved += 4 * np.minimum(slip, 4.0) * np.minimum(2 * amplitude / length, 1.0) ** power
+    return np.asarray(4 * (1 + np.abs(curves.w_n)) * speed * moved + 4 * MOVED * EPS * speed)
 
 
 def _above(curves: _Curves, first: Floats, last: Floats) -> tuple[_Panels, _Panels]:
@@ -208,6 +211,10 @@ class _Sums:
                 self.azimuth(k, low + part * step, low + (part + 1) * step)
             self.add(k, np.zeros(k.size), beside[k] * (2 * np.pi) * np.abs(self.curves.w_n[k]))
 
+    def too_many(self, number: int, panels: _Panels) -> bool:
+        """Whether these are the last to be tried: whatever is left of them is told by the bound."""
+        return number == HALVINGS - 1 or panels.curve.size > MANY * (self.share.size + 100)
+
     def panels_azimuth(self, panels: _Panels) -> None:
         half = self.curves.half[panels.curve]
         near, far = half - panels.a, half - panels.b
@@ -218,7 +225,7 @@ class _Sums:
         """Add panels from the horizon to y = b, or as much of them as can be; the rest."""
         rest: list[_Panels] = []
         for number in range(HALVINGS):
-            again = []
+            again, last = [], self.too_many(number, panels)
             for begin in range(0, panels.curve.size, AT_ONCE):
                 few = panels.take(slice(begin, begin + AT_ONCE))  # type: ignore[arg-type]
                 c = self.curves.take(few.curve)
@@ -226,11 +233,11 @@ class _Sums:
                 at = _Nodes.of(c, few.side, y, True)
                 log = c.s * np.log(np.maximum(at.t / NODES, 1e-300))
                 form = (at.n_turn - c.w_n * at.w_turn / at.z) / at.square
-                share, left, stands = root(np.exp(log) * form, c.s)
-                stands |= number == HALVINGS - 1
                 slope = at.speed * (4 + np.abs(c.w_n) * 4)
-                doubt = MOVED * EPS * c.size * few.b * (WEIGHTS * slope / np.sqrt(at.square)).sum(axis=0)
-                doubt += ROUNDED * EPS * few.b * np.abs(form).max(axis=0)
+                noise = MOVED * c.size * slope / np.sqrt(at.square) + ROUNDED * np.abs(form)
+                share, left, stands = root(np.exp(log) * form, EPS * noise.max(axis=0), c.s)
+                stands |= last
+                doubt = EPS * few.b * noise.max(axis=0)
                 k = np.flatnonzero(stands)
                 done = few.take(k)
                 self.add(done.curve, (done.sign * done.b) * share[k], done.b * left[k] + doubt[k])
@@ -255,7 +262,7 @@ class _Sums:
             apart = np.sqrt((_at(c.x, x) ** 2 + _at(c.y, x) ** 2) / np.maximum(_at(c.square, x), c.least))
             far = (c.s / 2 * np.maximum(apart - length, 0.0) ** 2 > FALL) & (width < np.pi / 4)
             self.panels_azimuth(panels.take(far))
-            last = number == HALVINGS - 1
+            last = self.too_many(number, panels)
             near = ~far & ((length <= PANEL / np.sqrt(c.s + 1)) | last)
             again = panels.take(~far & ~near).halves()
             fine = panels.take(near)
@@ -274,11 +281,11 @@ class _Sums:
         fall = np.expm1(c.s * log)
         power, ratio = 1 + fall, -fall / at.z
         one, two = at.n_turn * power / at.square, c.w_n * at.w_turn * ratio / at.square
-        share, left, stands = gauss(one + two)
-        stands |= last
         slope = 3 + 2 * c.s * power * np.sqrt(at.z) + np.abs(c.w_n) * np.minimum(c.s, 2 / at.z)
-        rounding = MOVED * c.size * at.speed * slope / np.sqrt(at.square) + ROUNDED * (np.abs(one) + np.abs(two))
-        bound = span * (left + EPS * (WEIGHTS * rounding).sum(axis=0))
+        noise = MOVED * c.size * at.speed * slope / np.sqrt(at.square) + ROUNDED * (np.abs(one) + np.abs(two))
+        share, left, stands = gauss(one + two, EPS * noise.max(axis=0))
+        stands |= last
+        bound = span * (left + EPS * (WEIGHTS * noise).sum(axis=0))
         k = np.flatnonzero(stands)
         self.add(panels.curve[k], (panels.sign * span * share)[k], bound[k])
         return stands
