@@ -30,7 +30,7 @@ MOVED, ROUNDED = 8.0, 16.0
 """Roundings of a point's place in units of eps over |v|, and of the terms."""
 PANEL = 2.5
 """Half length of a panel in units of the lobe's width."""
-AT_ONCE = 1024
+AT_ONCE = 512
 """Panels at once: their arrays fit into the cache."""
 
 
@@ -151,9 +151,12 @@ def _doubt(curves: _Curves) -> Floats:
     crossing = np.minimum(slip / np.maximum(np.sin(curves.half), 1e-300), np.sqrt(2 * slip))
     crossing = np.where(curves.flat, touches * np.sqrt(2 * slip), crossing)
     power, speed = np.minimum(curves.s, 1.0), curves.rho / length
-    moved = crossing * np.minimum(slip * amplitude / length, 1.0) ** power
-    moved += 4 * np.minimum(slip, 4.0) * np.minimum(2 * amplitude / length, 1.0) ** power
-    return np.asarray(4 * (1 + np.abs(curves.w_n)) * speed * moved + 4 * MOVED * EPS * speed)
+    doubt = slip * amplitude / length
+    moved = crossing * np.minimum(doubt, 1.0) ** power + doubt
+    # Up to an exponent of 1 a root that is moved changes by as much as it is moved.
+    root = 4 * np.minimum(slip, 4.0) * np.minimum(2 * amplitude / length, 1.0) ** power
+    moved += np.where(curves.s < 1, root, 0.0)
+    return np.asarray(4 * (1 + np.abs(curves.w_n)) * speed * moved)
 
 
 def _above(curves: _Curves, first: Floats, last: Floats) -> tuple[_Panels, _Panels]:
@@ -206,9 +209,12 @@ class _Sums:
             low = np.maximum(first, 2 * np.pi * turns + half)
             high = np.minimum(last, 2 * np.pi * (turns + 1) - half)
             k = np.flatnonzero(low < high)
-            low, step = low[k], (high - low)[k] / 4
-            for part in range(4 if k.size else 0):
-                self.azimuth(k, low + part * step, low + (part + 1) * step)
+            few = np.ceil((high - low)[k] / (np.pi / 2)).astype(np.int64)
+            for parts in np.unique(few).tolist():
+                some = k[few == parts]
+                step = (high - low)[some] / parts
+                for part in range(parts):
+                    self.azimuth(some, low[some] + part * step, low[some] + (part + 1) * step)
             self.add(k, np.zeros(k.size), beside[k] * (2 * np.pi) * np.abs(self.curves.w_n[k]))
 
     def too_many(self, number: int, panels: _Panels) -> bool:
