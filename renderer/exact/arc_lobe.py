@@ -33,6 +33,8 @@ LEFT = 40.0
 """Quadrature leaves e^-LEFT of the integrand's largest size on its ellipse."""
 AT_ONCE = 16384
 """Values at once: their arrays fit into the cache."""
+LONGER = 9.0
+"""Ratio of squares from which the start is much the longer."""
 MOVED = 6.0
 """Roundings that move an arc, in units of eps |a| |b - a| / |a x b|, counted."""
 ROUNDED = 16.0
@@ -40,24 +42,37 @@ ROUNDED = 16.0
 
 
 def plane_of(start: Floats, end: Floats) -> tuple[Floats, Floats]:
-    """start x end (3, k), and |a| |b - a| (k,), a the end nearer to the point and b the other.
+    """start x end (3, k), and |a| |end - start| (k,), a one of the ends and not much the longer.
 
-    It is taken as a x (b - a), so that a short arc keeps its digits: its error is 2.2 eps of the second.
+    It is taken as a x (end - start), so that a short arc keeps its digits: its error is 2.2 eps of the second.
     """
-    step, a2, b2 = end - start, dot(start, start), dot(end, end)
-    normal = cross(np.where(a2 <= b2, start, end), step)
-    return normal, np.sqrt(np.minimum(a2, b2) * dot(step, step))
+    step, spare = end - start, np.empty_like(start[0])
+    a2, size = dot_into(start, start, spare), dot_into(step, step, spare)
+    size *= a2
+    normal = np.empty_like(step)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.multiply(start[j], step[k], out=normal[i])
+        normal[i] -= np.multiply(start[k], step[j], out=spare)
+    far = np.flatnonzero(a2 > LONGER * dot_into(end, end, spare))
+    if far.size:
+        normal[:, far] = cross(end[:, far], step[:, far])
+        size[far] = dot(end[:, far], end[:, far]) * dot(step[:, far], step[:, far])
+    return normal, np.sqrt(size, out=size)
 
 
-def no_plane(bound: Floats, sine: Floats, start: Floats, end: Floats) -> Floats:
-    """Bounds (k,), those of arcs without a plane put in: their ends look one way, or are opposite."""
-    none = np.flatnonzero(sine == 0)
-    if none.size:
-        a, b = start[:, none], end[:, none]
-        longer = np.sqrt(np.maximum(dot(a, a), dot(b, b)))
-        step = np.sqrt(dot(b - a, b - a)) / np.where(longer > 0, longer, 1)
-        bound[none] = np.where(dot(a, b) < 0, 4 * np.pi, ROUNDED * EPS * step)
-    return bound
+def dot_into(a: Floats, b: Floats, spare: Floats) -> Floats:
+    """`dot` with no array made but its own: half of what Lambert's arcs cost."""
+    out = np.asarray(a[0] * b[0])
+    out += np.multiply(a[1], b[1], out=spare)
+    out += np.multiply(a[2], b[2], out=spare)
+    return out
+
+
+def no_plane(a: Floats, b: Floats) -> Floats:
+    """Bounds (k,) of arcs without a plane, whose share is 0: their ends look one way, or are opposite."""
+    longer = np.sqrt(np.maximum(dot(a, a), dot(b, b)))
+    step = np.sqrt(dot(b - a, b - a)) / np.where(longer > 0, longer, 1)
+    return np.where(dot(a, b) < 0, 4 * np.pi, ROUNDED * EPS * step)
 
 
 @dataclass(frozen=True)
@@ -106,7 +121,10 @@ def lobe_arcs(start: Floats, end: Floats, n: Floats, w: Floats, s: Floats) -> tu
     cut = (low < high) & (high - low < turn)
     rounding = n_size * turn + w_q * ratio + w_size * np.abs(outer) + some + cut * (n_size + w_size)
     bound = np.minimum(doubt * _swept(arcs, power, doubt), 4 * np.pi) + ROUNDED * EPS * rounding
-    return share, no_plane(bound + left * (n_size + w_q * (4 + 0.7 * s)), sine, start, end)
+    bound += left * (n_size + w_q * (4 + 0.7 * s))
+    none = np.flatnonzero(sine == 0)
+    bound[none] = no_plane(start[:, none], end[:, none]) * (1 + np.sqrt(s[none]))
+    return share, bound
 
 
 def _parts(arcs: _Arcs) -> tuple[Floats, Floats, Bools]:

@@ -21,14 +21,15 @@ from .circles import CircleArcs
 from .panel_rules import NODES, WEIGHTS, gauss, root
 from .rounds import ALL, NONE, arc, wrapped
 
-HALVINGS = 40
+HALVINGS, MANY = 40, 50
+"""How often a panel is halved, and how many there may be for each arc."""
 SMOOTH = 16.0
 """From this exponent on the root at the horizon is smooth to Gauss-Legendre."""
 MOVED, ROUNDED = 8.0, 16.0
 """Roundings of a point's place in units of eps over |v|, and of the terms."""
 PANEL = 2.5
 """Half length of a panel in units of the lobe's width."""
-AT_ONCE = 1024
+AT_ONCE = 512
 """Panels at once: their arrays fit into the cache."""
 
 
@@ -142,14 +143,19 @@ def lobe_circles(arcs: CircleArcs, n: Floats, w: Floats, s: Floats) -> tuple[Flo
 
 
 def _doubt(curves: _Curves) -> Floats:
-    """What it may cost that the horizon, where an exponent of 0 has a step, is not known exactly, nor an arc's ends."""
-    amplitude = np.maximum(curves.t[0], 1e-300)
+    """What it may cost that t is only known to rounding, and with it the horizon, where an exponent of 0 has a step."""
+    amplitude, length = np.maximum(curves.t[0], 1e-300), np.sqrt(curves.least)
     slip = MOVED * EPS * (curves.size + np.abs(curves.t[2])) / amplitude
     touches = np.abs(np.abs(curves.t[2]) - amplitude) <= slip * amplitude
     crossing = np.minimum(slip / np.maximum(np.sin(curves.half), 1e-300), np.sqrt(2 * slip))
     crossing = np.where(curves.flat, touches * np.sqrt(2 * slip), crossing)
-    speed = curves.rho / np.sqrt(curves.least)
-    return np.asarray(2 * (1 + np.abs(curves.w_n)) * speed * crossing + 4 * MOVED * EPS * speed)
+    power, speed = np.minimum(curves.s, 1.0), curves.rho / length
+    doubt = slip * amplitude / length
+    moved = crossing * np.minimum(doubt, 1.0) ** power + doubt
+    # Up to an exponent of 1 a root that is moved changes by as much as it is moved.
+    root = 4 * np.minimum(slip, 4.0) * np.minimum(2 * amplitude / length, 1.0) ** power
+    moved += np.where(curves.s < 1, root, 0.0)
+    return np.asarray(4 * (1 + np.abs(curves.w_n)) * speed * moved)
 
 
 def _above(curves: _Curves, first: Floats, last: Floats) -> tuple[_Panels, _Panels]:
@@ -202,10 +208,17 @@ class _Sums:
             low = np.maximum(first, 2 * np.pi * turns + half)
             high = np.minimum(last, 2 * np.pi * (turns + 1) - half)
             k = np.flatnonzero(low < high)
-            low, step = low[k], (high - low)[k] / 4
-            for part in range(4 if k.size else 0):
-                self.azimuth(k, low + part * step, low + (part + 1) * step)
+            few = np.ceil((high - low)[k] / (np.pi / 2)).astype(np.int64)
+            for parts in np.unique(few).tolist():
+                some = k[few == parts]
+                step = (high - low)[some] / parts
+                for part in range(parts):
+                    self.azimuth(some, low[some] + part * step, low[some] + (part + 1) * step)
             self.add(k, np.zeros(k.size), beside[k] * (2 * np.pi) * np.abs(self.curves.w_n[k]))
+
+    def too_many(self, number: int, panels: _Panels) -> bool:
+        """Whether these are the last to be tried: whatever is left of them is told by the bound."""
+        return number == HALVINGS - 1 or panels.curve.size > MANY * (self.share.size + 100)
 
     def panels_azimuth(self, panels: _Panels) -> None:
         half = self.curves.half[panels.curve]
@@ -217,7 +230,7 @@ class _Sums:
         """Add panels from the horizon to y = b, or as much of them as can be; the rest."""
         rest: list[_Panels] = []
         for number in range(HALVINGS):
-            again = []
+            again, last = [], self.too_many(number, panels)
             for begin in range(0, panels.curve.size, AT_ONCE):
                 few = panels.take(slice(begin, begin + AT_ONCE))  # type: ignore[arg-type]
                 c = self.curves.take(few.curve)
@@ -225,11 +238,11 @@ class _Sums:
                 at = _Nodes.of(c, few.side, y, True)
                 log = c.s * np.log(np.maximum(at.t / NODES, 1e-300))
                 form = (at.n_turn - c.w_n * at.w_turn / at.z) / at.square
-                share, left, stands = root(np.exp(log) * form, c.s)
-                stands |= number == HALVINGS - 1
                 slope = at.speed * (4 + np.abs(c.w_n) * 4)
-                doubt = MOVED * EPS * c.size * few.b * (WEIGHTS * slope / np.sqrt(at.square)).sum(axis=0)
-                doubt += ROUNDED * EPS * few.b * np.abs(form).max(axis=0)
+                noise = MOVED * c.size * slope / np.sqrt(at.square) + ROUNDED * np.abs(form)
+                share, left, stands = root(np.exp(log) * form, EPS * noise.max(axis=0), c.s)
+                stands |= last
+                doubt = EPS * few.b * noise.max(axis=0)
                 k = np.flatnonzero(stands)
                 done = few.take(k)
                 self.add(done.curve, (done.sign * done.b) * share[k], done.b * left[k] + doubt[k])
@@ -254,7 +267,7 @@ class _Sums:
             apart = np.sqrt((_at(c.x, x) ** 2 + _at(c.y, x) ** 2) / np.maximum(_at(c.square, x), c.least))
             far = (c.s / 2 * np.maximum(apart - length, 0.0) ** 2 > FALL) & (width < np.pi / 4)
             self.panels_azimuth(panels.take(far))
-            last = number == HALVINGS - 1
+            last = self.too_many(number, panels)
             near = ~far & ((length <= PANEL / np.sqrt(c.s + 1)) | last)
             again = panels.take(~far & ~near).halves()
             fine = panels.take(near)
@@ -273,11 +286,11 @@ class _Sums:
         fall = np.expm1(c.s * log)
         power, ratio = 1 + fall, -fall / at.z
         one, two = at.n_turn * power / at.square, c.w_n * at.w_turn * ratio / at.square
-        share, left, stands = gauss(one + two)
-        stands |= last
         slope = 3 + 2 * c.s * power * np.sqrt(at.z) + np.abs(c.w_n) * np.minimum(c.s, 2 / at.z)
-        rounding = MOVED * c.size * at.speed * slope / np.sqrt(at.square) + ROUNDED * (np.abs(one) + np.abs(two))
-        bound = span * (left + EPS * (WEIGHTS * rounding).sum(axis=0))
+        noise = MOVED * c.size * at.speed * slope / np.sqrt(at.square) + ROUNDED * (np.abs(one) + np.abs(two))
+        share, left, stands = gauss(one + two, EPS * noise.max(axis=0))
+        stands |= last
+        bound = span * (left + EPS * (WEIGHTS * noise).sum(axis=0))
         k = np.flatnonzero(stands)
         self.add(panels.curve[k], (panels.sign * span * share)[k], bound[k])
         return stands

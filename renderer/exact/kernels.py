@@ -17,8 +17,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..vectors import Floats, dot
-from .arc_lobe import EPS, lobe_arcs, no_plane, plane_of
+from ..vectors import Floats
+from .arc_lobe import EPS, dot_into, lobe_arcs, no_plane, plane_of
 from .circle_lobe import lobe_circles
 from .circles import lambert_circles
 
@@ -30,7 +30,16 @@ ROUNDINGS = 12.0
 
 def lambert_arcs(start: Floats, end: Floats, n: Floats) -> tuple[Floats, Floats]:
     """Twice the share of irradiance of great-circle arcs (3, k), n unit vectors (3, k), and its bound, (k,)."""
-    normal, size = plane_of(start, end)
-    sine = np.sqrt(dot(normal, normal))
-    turn = np.arctan2(sine, dot(start, end)) / (sine + (sine == 0))
-    return np.asarray(turn * dot(n, normal)), no_plane(ROUNDINGS * EPS * turn * size, sine, start, end)
+    normal, bound = plane_of(start, end)
+    spare = np.empty_like(bound)
+    share, sine = dot_into(n, normal, spare), dot_into(normal, normal, spare)
+    np.sqrt(sine, out=sine)
+    none = np.flatnonzero(sine == 0)
+    sine[none] = 1.0
+    turn = np.arctan2(sine, dot_into(start, end, spare))
+    turn /= sine
+    share *= turn
+    bound *= turn
+    bound *= ROUNDINGS * EPS
+    bound[none] = no_plane(start[:, none], end[:, none])
+    return share, bound
