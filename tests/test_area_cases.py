@@ -7,15 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from builders import GREY, floor, lamp, quad, scene
+from builders import GREY, box, floor, lamp, quad, scene
 
 from renderer.coverage import render_area, render_centre
+from renderer.coverage.doubt import doubtful
+from renderer.coverage.shade import regions_of
 from renderer.estimators import Analytic, Area, Exact
-from renderer.image import render
-from renderer.lights import PointLight
+from renderer.estimators.common_points import lattice
+from renderer.image import prepare, render
+from renderer.lights import DirectionalLight, PointLight, SunLight
 from renderer.scene import Camera
 from renderer.scene_text import read_scene
 from renderer.surfaces import Ellipsoid, Material, Mesh
+from renderer.view import look
 
 FOLDER = Path(__file__).with_name("scenes") / "exact"
 GLOW = Material(emission=(1.0, 1.0, 1.0))
@@ -123,3 +127,93 @@ def test_one_pixel_is_the_mean_of_many():
     fine = render(made.with_(width=256, height=256), Area()).mean.mean(axis=(1, 2))
     found = render_area(made, Area())
     np.testing.assert_allclose(found.image.mean[:, 0, 0], fine, rtol=1e-3)
+
+
+# Shadows that fit in a pixel.
+
+
+def brute(made, count: int):
+    """Means over a lattice of rays a pixel (3, h, w): no line drawn, nothing interpolated, every point shaded."""
+    near, geometry, needs = prepare(made)
+    rays = lattice(count)
+    row, column = np.divmod(np.arange(made.height * made.width), made.width)
+    view = look(near, geometry, (column[:, None] + rays[0]).ravel(), (row[:, None] + rays[1]).ravel())
+    radiance = view.emission.copy()
+    for source in needs.sources:
+        radiance[:, view.lit] += Exact()(view.points, source.seen_from(view.points.position), None)
+    return radiance.reshape(3, made.height, made.width, -1).mean(axis=3)
+
+
+@pytest.mark.parametrize(
+    ("name", "two_sided", "column", "row", "right"),
+    [
+        ("area_tolerance_contact", False, 13, 16, (0.003122, 0.006356, 0.012563)),
+        ("area_tolerance_two_sided", True, 18, 8, (0.0065594, 0.0176891, 0.0010777)),
+    ],
+)
+def test_pixels_that_were_never_refined(name, two_sided, column, row, right):
+    """``right`` is the mean of 128 x 128 rays in that pixel; a quarter of them give the same to 3e-3.
+
+    In the first, light comes in under a triangle within the pixel, and its centre and all around is black; in the
+    second, what the neighbours foretold of it had been taken from itself.
+    """
+    found = render_area(case(name, two_sided=two_sided), Exact())
+    np.testing.assert_allclose(found.image.mean[:, row, column], right, rtol=5e-3)
+
+
+def test_a_sliver_of_light_thinner_than_a_lattice_of_rays():
+    """Pixel (23, 11) sees a glowing wall's corner, 1.03e-4 of its area: 0 by 32 x 32 rays, this by 2,000 x 2,000."""
+    found = render_area(case("area_tolerance_dark"), Exact())
+    np.testing.assert_allclose(found.image.mean[:, 11, 23], (1.6614e-4, 2.0538e-4, 1.7811e-4), rtol=2e-3)
+
+
+def random_view(seed: int):
+    """A box, a ball and a leaf over a floor, some touching it; wide and small lights."""
+    rng = np.random.default_rng(seed)
+    low = np.array([*rng.uniform(-1.2, 0.4, 2), 0.0])[[0, 2, 1]]
+    low[1] = rng.choice([0.0, 0.03])
+    leaf = rng.uniform((-1.2, 0.03, -1.2), (1.2, 0.8, 1.2), (3, 3)).T
+    radius = rng.uniform(0.2, 0.5)
+    ball = Ellipsoid.sphere((rng.uniform(-1, 1), radius * 1.02, rng.uniform(-1, 1)), radius, GREY)
+    solids = box(low, low + rng.uniform(0.3, 0.9, 3)), Mesh(leaf, np.array([[0], [1], [2]]), GREY)
+    camera = Camera((*rng.uniform(-2, 2, 1), rng.uniform(0.6, 2.0), 4.0), (0, 0.3, 0), (0, 1, 0), 35.0)
+    light = lamp(2.5, float(rng.choice([0.1, 0.6])))
+    return scene(floor(), *solids, ellipsoids=(ball,), lights=(light,), camera=camera, size=(16, 12), two_sided=True)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_small_random_views_are_within_the_tolerance_and_what_is_said(seed):
+    """Against 610 rays a pixel, whose own error is told by that of 144."""
+    view = random_view(seed)
+    found = render_area(view, Exact(), tolerance=1e-2)
+    truth, fewer = brute(view, 610), brute(view, 144)
+    judged = found.image.emitter == 0
+    size = np.sqrt((truth[:, judged] ** 2).sum())
+    error, unsure = (np.sqrt(((one - truth)[:, judged] ** 2).sum()) / size for one in (found.image.mean, fewer))
+    assert unsure < 1e-2
+    assert error < max(1e-2, 2 * found.error) + unsure / 2  # a lattice's falls by 2.9 along edges (n^-3/4)
+
+
+def test_doubt_is_where_a_shadow_fits_in_a_pixel():
+    """Under the edge of a board: close to the floor its penumbra is thinner than a pixel, higher up it is wide."""
+
+    def found(height, light):
+        board = quad((-3, height, 3), (0, height, 3), (0, height, -3), (-3, height, -3))
+        made = scene(floor(4), board, lights=(light,), camera=Camera((2, 3, 0), (0, 0, 0), (0, 1, 0), 40.0))
+        _, needs, regions = regions_of(made, made.digest())
+        x, y = (v.ravel() for v in np.meshgrid(np.arange(32) + 0.5, np.arange(24) + 0.5))
+        region = regions.seen(x, y)
+        seen = np.flatnonzero(region >= 0)
+        where = regions.points(x[seen], y[seen], region[seen]).position
+        ground = where[1] < 1e-9
+        doubt = doubtful(regions, needs.sources, x[seen], y[seen], region[seen])
+        return where[:, ground & doubt], where[:, ground]
+
+    for light in (lamp(2.5, 0.6), PointLight((0.0, 2.5, 0.0), (1, 1, 1))):
+        near, every = found(0.02, light)
+        assert 10 < near.shape[1] < 0.2 * every.shape[1]
+        assert np.abs(near[0]).max() < 0.3
+    assert found(0.5, lamp(2.5, 0.6))[0].shape[1] == 0
+    assert found(0.5, PointLight((0.0, 2.5, 0.0), (1, 1, 1)))[0].shape[1] > 10  # a hard shadow always fits
+    assert found(0.5, DirectionalLight((0.2, 1, 0), (1, 1, 1)))[0].shape[1] > 10
+    assert found(0.5, SunLight((0.2, 1, 0), (1, 1, 1), 0.5))[0].shape[1] > 10

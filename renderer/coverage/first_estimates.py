@@ -59,6 +59,10 @@ def first_estimates(
         same = inside & (region[r, c] == which)
         guess = centre[r, c] + slopes[0][r, c] * (x - c - 0.5) + slopes[1][r, c] * (y - r - 0.5)
         told = same & np.isfinite(guess)
+        if (dy == 0) != (dx == 0):
+            # What comes from a slope that was taken from the item's own value alone agrees with it, whatever it is.
+            r2, c2, on = _inside(row + 2 * dy, column + 2 * dx, region.shape)
+            told &= (region[row, column] != which) | (on & (region[r2, c2] == which))
         missed = np.maximum(missed, np.where(told, np.abs(value - guess), 0.0))
         predicted |= told & bool(dy or dx)
         item, found = lookup.find(r * region.shape[1] + c, which, inside)

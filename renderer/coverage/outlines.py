@@ -54,7 +54,7 @@ def find_lines(geometry: Geometry, faces: Faces, planes: list[tuple[Floats, Floa
     planes : list of (normal (3, 1), point (3, 1))
         The lights' planes, at which surfaces are creased.
     """
-    straight = [(faces.start, faces.end), _crossings(geometry)]
+    straight = [(faces.start, faces.end), crossings(geometry)]
     straight += [_cuts(geometry, normal, point) for normal, point in planes]
     a, b, _ = lens.project(*(np.hstack(part) for part in zip(*straight, strict=True)))
     starts, ends, reach = [a], [b], [np.full(a.shape[1], SIDE)]
@@ -102,7 +102,7 @@ def _cuts(g: Geometry, normal: Floats, point: Floats) -> tuple[Floats, Floats]:
     return _cut(corners[:, cut], height[cut])
 
 
-def _crossings(g: Geometry) -> tuple[Floats, Floats]:
+def crossings(g: Geometry) -> tuple[Floats, Floats]:
     """Segments in which pairs of triangles meet, coplanar ones apart."""
     nothing = np.zeros((3, 0)), np.zeros((3, 0))
     if not g.triangles > 1 or g.triangles**2 > PAIRS:

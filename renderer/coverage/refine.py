@@ -4,11 +4,15 @@ A piece is first worth its radiance at the centroid (exact for a linear function
 the Laplacian over 24 of its neighbours (exact for a cubic one). Estimates of what is left:
 
 - a whole pixel: from fourth and sixth differences (see `smooth.WITHIN`).
+- where a whole shadow fits in a pixel (see `doubt`): a quarter of the unshadowed radiance at least.
 - a piece, and a pixel beside an edge: an eighth of the largest amount by which its value misses what the whole
   pixels of its region around it predict, each with its own gradient; of the range of values where none does; the
   whole value where there is no other; it, or the largest of its region nearby, where three regions meet (a corner
   that stands on a floor: its shadow has no width there), where the piece is not seen at its centroid, or where its
   cell could not be cut exactly.
+
+A value of another pixel that was itself extrapolated from the item's own proves nothing and is passed over; nor do
+dark values among themselves, deep in a penumbra: such items are evaluated on the next grid whatever their estimate.
 
 The items with the largest estimates are evaluated on a finer grid, round by round, until the squares of all
 others sum to less than the tolerance allows. After a round an item's estimate is half of what it changed by, and
@@ -52,6 +56,8 @@ class Items:
     level : (n,) int64
         Into GRIDS.
     whole : (n,) bool
+    dark : (n,) bool
+        Whether it is to be evaluated at more points whatever its estimate: too dark for what is around it to tell.
     """
 
     pixel: Ints
@@ -64,6 +70,7 @@ class Items:
     estimate: Floats
     level: Ints
     whole: NDArray[np.bool_]
+    dark: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -84,20 +91,12 @@ def refine(items: Items, edges: Edges, regions: Regions, shade: Shader, budget: 
     """Refine items in place until the sum of squared estimates is below ``budget``; returns that sum."""
     if jumps:
         items.estimate *= 2
-    for _ in range(4 * len(GRIDS)):
-        chosen = _worst(items, budget / 2)
-        if chosen.size == 0:
-            break
+    chosen = np.union1d(_worst(items, budget / 2), np.flatnonzero(items.dark))
+    while chosen.size:
         for level in np.unique(items.level[chosen]):
-            _evaluate(
-                items,
-                chosen[items.level[chosen] == level],
-                int(level) + 1,
-                edges,
-                regions,
-                shade,
-                1 / 2 if jumps else 1 / 8,
-            )
+            mine = chosen[items.level[chosen] == level]
+            _evaluate(items, mine, int(level) + 1, edges, regions, shade, 1 / 2 if jumps else 1 / 8)
+        chosen = _worst(items, budget / 2)
     return float((items.estimate**2).sum())
 
 

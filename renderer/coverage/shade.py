@@ -13,6 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from ..estimators.analytic import without_shadows
 from ..estimators.protocol import Estimator
 from ..geometry import Geometry, Ints
 from ..image import prepare
@@ -61,6 +62,14 @@ def shade_chunk(work: Work, x: Floats, y: Floats, region: Ints) -> Floats:
     out, unused = np.zeros((3, x.size)), np.random.default_rng(0)
     for source in needs.sources:
         out += work.estimator(points, source.seen_from(points.position), unused)
+    return out
+
+
+def unshadowed(regions: Regions, needs: Needs, x: Floats, y: Floats, region: Ints) -> Floats:
+    """Reflected radiance (3, n) as if nothing blocked, at image points of regions that reflect."""
+    points, out = regions.points(x, y, region), np.zeros((3, x.size))
+    for source in needs.sources:
+        out += without_shadows(points, source)
     return out
 
 

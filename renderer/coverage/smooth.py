@@ -143,7 +143,9 @@ def _pooled(values: Ints, step: int, axis: int, take: np.ufunc) -> Ints:
     return np.moveaxis(pooled, 0, axis)
 
 
-def fill_centres(region: Ints, evaluate: Evaluate, allowed: Callable[[Floats], float]) -> tuple[Floats, Floats, Bools]:
+def fill_centres(
+    region: Ints, evaluate: Evaluate, allowed: Callable[[Floats], float], alone: Bools | None = None
+) -> tuple[Floats, Floats, Bools]:
     """Radiance (3, h, w) at all centres whose region is at least 0, a bound (h, w) of its error, and which pixels were
     interpolated.
 
@@ -154,6 +156,8 @@ def fill_centres(region: Ints, evaluate: Evaluate, allowed: Callable[[Floats], f
     evaluate : callable
     allowed : callable
         From the first values (3, n) to the error that an interpolated value may have (sum of the channels).
+    alone : (h, w) bool, optional
+        Pixels that others tell nothing of: no square that shows one is filled.
     """
     h, w = region.shape
     value = np.full((3, h, w), np.nan)
@@ -168,7 +172,7 @@ def fill_centres(region: Ints, evaluate: Evaluate, allowed: Callable[[Floats], f
         _ask(nodes & ~known & (region >= 0), value, known, evaluate)
         if limit is None:
             limit = allowed(value[:, known])
-        _fill_cells(value, known, bound, region, step, limit)
+        _fill_cells(value, known, bound, region if alone is None else np.where(alone, -1, region), step, limit)
         step //= 2
     _ask(~known & (region >= 0), value, known, evaluate)
     return value, bound, bound > 0
