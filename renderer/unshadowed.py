@@ -23,30 +23,40 @@ RADII, ANGLES = 12, 24
 """Nodes over the sun's disk for a glossy surface: Gauss-Legendre in the squared radius, equal steps around."""
 
 
-def quad_patch(points: ShadingPoints, corner: Floats, ab: Floats, ac: Floats, glossy: bool) -> Floats:
-    """Reflected radiance (3, n) for unit radiance of the parallelogram corner + u ab + v ac, one-sided.
+def quad_patch(points: ShadingPoints, corner: Floats, ab: Floats, ac: Floats, glossy: bool) -> tuple[Floats, Floats]:
+    """Light of the parallelogram corner + u ab + v ac, one-sided, of unit radiance.
 
     Parameters
     ----------
     corner, ab, ac : (3, 1) or (3, n) float64
         Emits on the side of -(ab x ac).
+
+    Returns
+    -------
+    radiance : (3, n) float64
+        Reflected.
+    bound : (n,) float64
+        Of its relative error; what is below 1e-280 is nothing.
     """
     facing = faced_by(corner, ab, ac, points.position)
     heights = [dot(points.normal, v - points.position) for v in (corner, corner + ab, corner + ac, corner + ab + ac)]
     lit = np.flatnonzero(facing & (np.maximum.reduce(heights) > 0))  # the others are the dearest, and get nothing
-    out = np.zeros_like(points.position)
+    out, error = np.zeros_like(points.position), np.zeros_like(points.position)
     if lit.size:
         where = [_of(v, lit) for v in (corner, ab, ac)]
-        value, _ = irradiance(points.position[:, lit], points.normal[:, lit], *where)
+        value, bound = irradiance(points.position[:, lit], points.normal[:, lit], *where)
         out[:, lit] = points.diffuse[:, lit] * (value / math.pi)
+        error[:, lit] = out[:, lit] * bound
     if glossy:
         shiny = np.flatnonzero((points.specular > 0).any(axis=0) & facing)
         if shiny.size:
             few = points.take(shiny)
             where = [_of(v, shiny) for v in (corner, ab, ac)]
-            power, _ = phong_lobe(few.position, few.normal, few.mirror, few.shininess, *where)
-            out[:, shiny] += few.specular * ((few.shininess + 2) / (2 * math.pi) * power)
-    return out
+            power, bound = phong_lobe(few.position, few.normal, few.mirror, few.shininess, *where)
+            lobe = few.specular * ((few.shininess + 2) / (2 * math.pi) * power)
+            out[:, shiny] += lobe
+            error[:, shiny] += lobe * bound
+    return out, np.divide(error, out, out=np.zeros_like(out), where=out > 1e-280).max(axis=0)
 
 
 def _of(v: Floats, index: Ints) -> Floats:
@@ -54,10 +64,11 @@ def _of(v: Floats, index: Ints) -> Floats:
     return v if v.shape[1] == 1 else v[:, index]
 
 
-def quad_light(points: ShadingPoints, light: QuadLight, glossy: bool) -> Floats:
-    """Reflected radiance (3, n) due to a whole parallelogram light."""
+def quad_light(points: ShadingPoints, light: QuadLight, glossy: bool) -> tuple[Floats, Floats]:
+    """Reflected radiance (3, n) due to a whole parallelogram light, and a bound (n,) of its relative error."""
     corner, ab, ac = column(light.corner), column(light.ab), column(light.ac)
-    return quad_patch(points, corner, ab, ac, glossy) * colour(light)
+    radiance, bound = quad_patch(points, corner, ab, ac, glossy)
+    return radiance * colour(light), bound
 
 
 def sun_light(points: ShadingPoints, light: SunLight, glossy: bool) -> Floats:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from renderer.closed_forms import arc_lobe, lobe_edges
 from renderer.closed_forms.irradiance import irradiance
 from renderer.closed_forms.phong_lobe import phong_lobe
-from renderer.exact import arc_lobe, panel_rules
+from renderer.exact import panel_rules
 from renderer.exact.circles import CircleArcs
 from renderer.exact.kernels import lambert_arcs, lambert_circles, lobe_arcs, lobe_circles
-from renderer.exact.light_cone import cut_cone
 from renderer.exact.rounds import Rounds, ellipsoids, spheres
 
 EXPONENTS = np.array([0, 0.1, 0.3, 0.5, 1, 1.5, 2, 7.3, 20, 100, 1e3, 1e4, 1e6])
@@ -226,15 +226,17 @@ def contour(kernel, corner, ab, ac, *lobe):
 
     Corners and crossings are rounded before a kernel sees them: ends move by some eps of the largest corner.
     """
-    cone = cut_cone(np.stack((corner, corner + ab, corner + ab + ac, corner + ac), axis=1), lobe[0])
+    v = np.stack((corner, corner + ab, corner + ab + ac, corner + ac), axis=1)
+    whole = lobe_edges.Arcs(v, np.roll(v, -1, axis=1), np.ones(v.shape[1:], dtype=bool))
+    arcs = lobe_edges._clip(whole, lobe[0])
     total, bound, moved = np.zeros((3, corner.shape[1]))
-    largest = np.sqrt((cone.corners**2).sum(axis=0)).max(axis=0)
+    largest = np.sqrt((v**2).sum(axis=0)).max(axis=0)
     for edge in range(5):
-        k = np.flatnonzero(cone.live[edge])
-        share, error = kernel(cone.start[:, edge, k], cone.end[:, edge, k], *(v[..., k] for v in lobe))
+        k = np.flatnonzero(arcs.there[edge])
+        share, error = kernel(arcs.a[:, edge, k], arcs.b[:, edge, k], *(v[..., k] for v in lobe))
         total[k] += share
         bound[k] += error
-        ends = np.sqrt([(v[:, edge, k] ** 2).sum(axis=0) for v in (cone.start, cone.end)])
+        ends = np.sqrt([(v[:, edge, k] ** 2).sum(axis=0) for v in (arcs.a, arcs.b)])
         moved[k] += 4 * np.finfo(float).eps * (largest[k] / ends).sum(axis=0)
     return total, bound, moved
 

@@ -1,12 +1,13 @@
 """The modified Phong lobe over a parallelogram, for any real exponent, with a bound of its own relative error.
 
-I(s) = integral of max(w.u, 0)^s max(n.u, 0) du over the directions u of the light, w the mirror direction. Three
+I(s) = integral of max(w.u, 0)^s max(n.u, 0) du over the directions u of the light, w the mirror direction. Four
 forms, each where it is right; every point takes the first whose rounding bound is small enough:
 
 form              domain                                                        relative error
 `small_lobe`      above both horizons, the lobe varying gently over the light   eps (R/h + R/z + s tan(g))
 `lobe_by_edges`   the light as wide as the lobe, or beside it, cut or whole     eps (1 / (s omega) + s tan(g))
 `lobe_by_area`    the rest: grazing, slivers, needles, far away                 1e-13, inputs in double-double
+`lobe_by_arcs`    what that gives up: wide lights at low exponents that are no whole numbers        arcs' own bounds
 
 g the angle from w to the light, omega its solid angle, h and z as in `irradiance`. None costs more for a higher
 exponent.
@@ -21,7 +22,7 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from ..vectors import Floats, cross, dot
 from .irradiance import Ints, _rounded, _sides, _vectors
-from .lobe_edges import lobe_by_edges
+from .lobe_edges import lobe_by_arcs, lobe_by_edges
 from .lobe_fan import lobe_by_area
 from .lobe_small import small_lobe
 from .polygon_clip import exponent_scale
@@ -33,6 +34,8 @@ GOOD = {np.dtype(np.float64): (2e-12, 1e-14), np.dtype(np.float32): (1e-4, 1e-5)
 the inputs' own rounding moves t^s by s tan(g) eps."""
 STEEPEST = 1000.0
 """Exponent up to which it is added."""
+POOR = 1e-9
+"""A bound of `lobe_by_area` above which arcs are summed one by one."""
 FAINT = 1e-25
 """Values below it may have three times that error: they lie where s tan(g) is large."""
 
@@ -77,7 +80,7 @@ def phong_lobe(
     return value, bound
 
 
-FORMS = ("below a horizon", "small_lobe", "lobe_by_edges", "lobe_by_area")
+FORMS = ("below a horizon", "small_lobe", "lobe_by_edges", "lobe_by_area", "lobe_by_arcs")
 """Who may answer, in the order of their price."""
 
 
@@ -126,7 +129,17 @@ def _once_more(given: tuple[Floats, ...], s: Floats, kind: np.dtype[Any]) -> tup
         return _answers(given, s, np.dtype(np.float64))
     points, normals, mirror, corner, ab, ac = _scaled(given)
     value, bound = lobe_by_area(points, normals, mirror, s, corner, ab, ac)
-    return value, bound, np.full(s.shape, FORMS.index("lobe_by_area"), dtype=np.int8)
+    form = np.full(s.shape, FORMS.index("lobe_by_area"), dtype=np.int8)
+    lost = np.flatnonzero(bound > POOR)
+    if lost.size:
+        n, w = ((v / np.sqrt(dot(v, v)))[:, lost] for v in (normals, mirror))
+        p, e1, e2 = (corner - points)[:, lost], ab[:, lost], ac[:, lost]
+        arcs, error = lobe_by_arcs(p, e1, e2, n, w, s[lost])
+        better = error < bound[lost] * arcs
+        k = lost[better]
+        value[k], form[k] = arcs[better], FORMS.index("lobe_by_arcs")
+        bound[k] = error[better] / arcs[better]
+    return value, bound, form
 
 
 def _scaled(given: tuple[Floats, ...]) -> tuple[Floats, ...]:

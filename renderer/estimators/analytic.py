@@ -42,30 +42,33 @@ class Analytic:
 
 def without_shadows(points: ShadingPoints, source: Source) -> Floats:
     """Reflected radiance (3, n) as if nothing blocked, in closed form."""
+    return closed_form(points, source)[0]
+
+
+def closed_form(points: ShadingPoints, source: Source) -> tuple[Floats, Floats]:
+    """The same, and a bound (n,) of its relative error."""
     light = source.light
     if isinstance(light, QuadLight):
         return quad_light(points, light, source.glossy)
     if isinstance(light, SunLight):
-        return sun_light(points, light, source.glossy)
+        return sun_light(points, light, source.glossy), _sun_bound(points, light, source.glossy)
     d, weight, _ = beams(light, points.position, np.random.default_rng(0), 1, False)
-    return reflect(points, d, weight, source.glossy) * colour(light)
+    steep = CLOSED * (1 + points.shininess * source.glossy / 1000)
+    return reflect(points, d, weight, source.glossy) * colour(light), steep
 
 
 CLOSED = 1e-12
-"""Bound of the closed forms, relative to their value."""
+"""Bound of a product of few factors, relative to its value; t^s adds its own."""
 ACROSS = 1e-2
-"""The same for the lobe of a sun whose disk is cut by a horizon or large against the lobe."""
+"""Of the lobe of a sun whose disk is cut by a horizon, or large against the lobe."""
 
 
-def closed_bound(points: ShadingPoints, source: Source) -> Floats:
-    """Bounds (n,) of `without_shadows`, relative to its values."""
-    out = np.full(points.count, CLOSED)
-    light = source.light
-    if isinstance(light, SunLight):
-        half, toward = light.half_angle, column(light.direction)
-        out = np.maximum(out, 1e-15 / half**2)  # across the horizon; see `sun_irradiance`
-        lowest = math.sin(half) * 1.001
-        whole = (dot(points.normal, toward) > lowest) & (dot(points.mirror, toward) > lowest)
-        steep = points.shininess * half**2 > 100
-        out[points.specular.any(axis=0) & (steep | ~whole) & source.glossy] = ACROSS
+def _sun_bound(points: ShadingPoints, light: SunLight, glossy: bool) -> Floats:
+    """See `sun_irradiance` and `sun_light`."""
+    half, toward = light.half_angle, column(light.direction)
+    out = np.full(points.count, max(CLOSED, 1e-15 / half**2))
+    lowest = math.sin(half) * 1.001
+    whole = (dot(points.normal, toward) > lowest) & (dot(points.mirror, toward) > lowest)
+    steep = points.shininess * half**2 > 100
+    out[(points.specular.max(axis=0) > 0) & (steep | ~whole) & glossy] = ACROSS
     return out

@@ -21,13 +21,14 @@ from ..needs import Needs, Source
 from ..penumbra import bounds_alone, mesh_radiance, why_not
 from ..shading import ShadingPoints
 from ..vectors import Floats
-from .analytic import closed_bound, without_shadows
+from .analytic import closed_form
 from .control_variate import ControlVariate
 from .protocol import Claim
 
-MOST = 256
-"""Candidates of one point beyond which it is sampled: as far as has been measured (`experiments.occluder_cost`). There
-a point takes 13 times less than sampling to 1e-2 does; at 64 it is 26 times, at 16, 11 times."""
+MOST = 1024
+"""Candidates of one point beyond which it is sampled."""
+CLOSED_MOST = 256
+"""The same where they are closed meshes, whose silhouettes are cheaper."""
 SAMPLES = 1024
 """Samples of such a point, and of the sun behind blockers, if not more are asked for."""
 
@@ -99,10 +100,10 @@ class Exact:
                 found.radiance[:, found.sampled] = self._sampled(points.take(found.sampled), source, rng)
             return found.radiance, found.bound, found.tally.counts
         if source.blockers.none:
-            return without_shadows(points, source), closed_bound(points, source), {"lit": n}
+            return *closed_form(points, source), {"lit": n}
         if source.has_extent:
             return self._sampled(points, source, rng), np.full(n, np.inf), {"sampled": n}
-        return self._sampled(points, source, rng), closed_bound(points, source), {"exact": n}
+        return self._sampled(points, source, rng), closed_form(points, source)[1], {"exact": n}
 
     def _sampled(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
         if source.has_extent and self.samples < SAMPLES:
@@ -124,21 +125,21 @@ def _too_large(source: Source) -> bool:
     return source.blockers.triangles.size > LARGEST
 
 
-def _many(source: Source, light: QuadLight) -> bool:
-    """Whether some point may have too many candidates, or awkward ones."""
+def _many(source: Source, light: QuadLight, most: int) -> bool:
+    """Whether some point may have more candidates, or awkward ones."""
     if _too_large(source):
         return True
     standing = Standing.before(light, source.blockers)
-    return standing.pieces.size + standing.balls.size > MOST or bool(standing.round.awkward[standing.balls].any())
+    return standing.pieces.size + standing.balls.size > most or bool(standing.round.awkward[standing.balls].any())
 
 
 def _by_silhouettes(source: Source) -> bool:
     if not isinstance(source.light, QuadLight) or not bounds_alone(source):
         return False
-    return source.blockers.triangles.size > BODY or _many(source, source.light)
+    return source.blockers.triangles.size > BODY or _many(source, source.light, CLOSED_MOST)
 
 
 def _may_sample(source: Source) -> bool:
     if not source.has_extent or source.blockers.none:
         return False
-    return not isinstance(source.light, QuadLight) or (not bounds_alone(source) and _many(source, source.light))
+    return not isinstance(source.light, QuadLight) or (not bounds_alone(source) and _many(source, source.light, MOST))

@@ -79,4 +79,5 @@ class VisibilityAnalytic:
         u, v = (centre - 0.5 / side for centre in stratum_centres(self.samples))
         corners = column(light.corner) + column(light.ab) * u + column(light.ac) * v  # (3, N)
         repeated = ShadingPoints(*(np.repeat(getattr(points, f.name), self.samples, axis=-1) for f in fields(points)))
-        return quad_patch(repeated, np.tile(corners, (1, n)), ab, ac, glossy).reshape(3, n, self.samples)
+        radiance, _ = quad_patch(repeated, np.tile(corners, (1, n)), ab, ac, glossy)
+        return radiance.reshape(3, n, self.samples)

@@ -14,9 +14,9 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from ..closed_forms.arc_lobe import EPS, FALL
 from ..geometry import Bools, Ints
 from ..vectors import Floats, dot, frame
-from .arc_lobe import EPS, FALL
 from .circles import CircleArcs
 from .panel_rules import NODES, WEIGHTS, gauss, root
 from .rounds import ALL, NONE, arc, wrapped

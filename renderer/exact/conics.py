@@ -80,7 +80,7 @@ class Conics:
         root = -(b + np.copysign(k3 * np.sqrt(np.maximum(square, 0)), b))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             one = np.where(lead == 0, -np.copysign(1e300, root), root / lead)
-            two = np.where(root == 0, one, c / root)
+            two = np.where((root == 0) | (square <= 0), one, c / root)
             low, high = np.minimum(one, two), np.maximum(one, two)
             both = lead > 0  # both crossings on one nappe
             up = np.where(both, a[2] + g[2] * np.clip(low, -1e200, 1e200), g[2]) > 0

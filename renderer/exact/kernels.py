@@ -17,8 +17,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..closed_forms.arc_lobe import EPS, dot_into, lobe_arcs, no_plane, plane_of
 from ..vectors import Floats
-from .arc_lobe import EPS, dot_into, lobe_arcs, no_plane, plane_of
 from .circle_lobe import lobe_circles
 from .circles import lambert_circles
 

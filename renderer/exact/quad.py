@@ -40,8 +40,6 @@ ROUTES = ("unlit", "lit", "hidden", "exact", "coarse", "silhouette", "sampled")
 
 ENOUGH = 1e-10
 """A bound for which the lobe of the whole light need not be known."""
-CLOSED = 1e-12
-"""Of the closed forms where nothing is in the way."""
 COARSE = 1e-6
 """A bound that the route tells of."""
 
@@ -115,8 +113,7 @@ class QuadShadows:
         tally.add("lit", free.size)
         if free.size:
             few = points if free.size == points.count else points.take(free)
-            found.radiance[:, free] = quad_light(few, self.light, self.source.glossy)
-            found.bound[free] = CLOSED
+            found.radiance[:, free], found.bound[free] = quad_light(few, self.light, self.source.glossy)
         sampled = np.sort(np.concatenate([*left, np.empty(0, dtype=np.int64)]))
         found.bound[sampled] = np.inf
         tally.add("sampled", sampled.size)

@@ -47,7 +47,7 @@ def mesh_radiance(points: ShadingPoints, source: Source, finer: int = 1, merge: 
     light = source.light
     if not isinstance(light, QuadLight):
         raise TypeError("a quad light is needed")
-    out = quad_light(points, light, source.glossy)
+    out, _ = quad_light(points, light, source.glossy)
     if points.count == 0:
         return out
     lost = hidden_irradiance(source, points.position, points.normal, finer, merge, points.outside)
