@@ -19,14 +19,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..closed_forms.irradiance import irradiance
-from ..closed_forms.phong_lobe import phong_lobe
 from ..geometry import Bools, Ints
 from ..light_points import colour, faced_by
 from ..lights import QuadLight
 from ..needs import Source
 from ..shading import ShadingPoints
-from ..unshadowed import quad_light
+from ..unshadowed import quad_light, quad_patch
 from ..vectors import Floats, column, dot
 from .integrals import Integral, displaced, over_arcs, over_nodes, small_lights
 from .rims import rims
@@ -171,24 +169,16 @@ class QuadShadows:
         if self.source.glossy and points.is_glossy:
             lobe = _integral(points, bodies, parts, small_lobe & ~bent, lobe=True).take(rest)
             value, error = value + ks * lobe.value, error + ks * lobe.error
+        value, error = value / (2 * math.pi), error / (2 * math.pi)
         # What is left is less than the whole: mostly that tells enough.
         bound = np.where(error > 0, _ratio(error, value - error), 0.0).max(axis=0)
         unsure = np.flatnonzero(bound > ENOUGH)
         if unsure.size:
-            least = self._whole(few.take(unsure))
-            bound[unsure] = np.where(error[:, unsure] > 0, _ratio(error[:, unsure], least), 0.0).max(axis=0)
-        return value / (2 * math.pi), np.minimum(bound, 1.0)
-
-    def _whole(self, points: ShadingPoints) -> Floats:
-        """At least what the whole light would give (3, n), as sums of arcs have it."""
-        corner, ab, ac = (column(v) for v in (self.light.corner, self.light.ab, self.light.ac))
-        full, rounding = irradiance(points.position, points.normal, corner, ab, ac)
-        out = points.diffuse * (2 * full * (1 - rounding))
-        if self.source.glossy and points.is_glossy:
-            n, w, s = points.normal, points.mirror, points.shininess
-            peak, rounding = phong_lobe(points.position, n, w, s, corner, ab, ac)
-            out += points.specular * ((s + 2) * peak * (1 - rounding))
-        return np.asarray(out)
+            corner, ab, ac = (column(v) for v in (self.light.corner, self.light.ab, self.light.ac))
+            whole, rounding = quad_patch(few.take(unsure), corner, ab, ac, self.source.glossy)
+            value[:, unsure] = np.minimum(value[:, unsure], whole)
+            bound[unsure] = np.where(whole > 0, _ratio(error[:, unsure], whole * (1 - rounding)), 0.0).max(axis=0)
+        return value, np.minimum(bound, 1.0)
 
 
 def _integral(points: ShadingPoints, bodies: Bodies, parts: Trapezoids, small: Bools, lobe: bool) -> Integral:
