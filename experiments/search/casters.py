@@ -17,7 +17,7 @@ from renderer.lights import DirectionalLight, Light, PointLight, QuadLight
 from renderer.shading import ShadingPoints
 from renderer.vectors import Floats, column, cross, dot, frame, unit
 
-FLAT = 32 * 2.0**-53
+FLAT = 128 * 2.0**-53
 """Height over a plane, relative to the coordinates, that counts as none."""
 PAIRS = 1 << 19
 """Ray-triangle pairs at once."""

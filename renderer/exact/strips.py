@@ -197,9 +197,9 @@ def _breaks(bodies: Bodies, ends: _Ends, lit: Bools) -> tuple[Ints, Floats, Ints
     high = np.concatenate([ends.high, *(t[2] for t in touching)])
     found = conic_crossings(bodies.square, bodies.flats, ends.pair, ends.line, bodies.rounds)
     curved = [(owner[first + pair], u) for (_, _, first), (pair, u) in zip(bodies.curved(), found, strict=True)]
-    for (_, _, first), (within, _, _) in zip(bodies.curved(), touching, strict=True):
+    for (_, _, start), (within, _, _) in zip(bodies.curved(), touching, strict=True):
         row, pair = np.nonzero(np.isfinite(within))
-        curved.append((owner[first + pair], within[row, pair]))
+        curved.append((owner[start + pair], within[row, pair]))
     there = np.flatnonzero((low <= high) & ~lit[owner])
     crossed, crossings = line_crossings(bodies.flats, ends.pair, ends.line, ends.u, ends.v)
     own = bodies.flats.point[ends.pair]
