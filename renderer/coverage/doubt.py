@@ -24,7 +24,7 @@ from .regions import Regions
 
 PAIRS = 1 << 20
 """Points and edges handled at once."""
-GROUP = 32
+GROUP = 8
 """Points for which edges are looked up together."""
 WIDTHS = 1.0
 """Of footprints, that a penumbra must be wide to be seen by the values around it."""
@@ -51,15 +51,26 @@ class Footprints:
 
 
 def footprints(regions: Regions, x: Floats, y: Floats, region: Ints) -> Footprints:
-    """Footprints of a pixel's size around image points (n,) of given regions' surfaces."""
-    points, lens = regions.points(x, y, region), regions.lens
+    """Footprints of a pixel's size around image points (n,) of given regions' surfaces, no larger than those."""
+    points, lens, surface = regions.points(x, y, region), regions.lens, region % regions.surfaces
     d, to = lens.directions(x, y), points.position - lens.origin
     away, down = np.sqrt(dot(to, to) / dot(d, d)), dot(d, points.normal)
     square = np.zeros(x.size)
     for step in (2 * lens.right / lens.width, 2 * lens.up / lens.height):
         side = away * (step - d * (dot(step, points.normal) / np.where(down == 0, 1.0, down)))  # on its plane
         square += dot(side, side)
-    return Footprints(points.position, points.normal, np.sqrt(square) / 2)
+    return Footprints(points.position, points.normal, np.minimum(np.sqrt(square) / 2, _sizes(regions)[surface]))
+
+
+def _sizes(regions: Regions) -> Floats:
+    """Radius (r,) of each surface: what is seen from its edge has a footprint no larger."""
+    g, faces = regions.geometry, regions.faces
+    low, high = np.full((3, faces.count), np.inf), np.full((3, faces.count), -np.inf)
+    for corner in (g.a, g.b, g.c):
+        for least, most, value in zip(low, high, corner, strict=True):
+            np.minimum.at(least, faces.of_triangle, value)
+            np.maximum.at(most, faces.of_triangle, value)
+    return np.concatenate((np.sqrt(dot(high - low, high - low)) / 2, np.sqrt((g.axes**2).sum(axis=(1, 2)))))
 
 
 def doubtful(regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats, region: Ints) -> NDArray[np.bool_]:
@@ -68,7 +79,7 @@ def doubtful(regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats
     blocked = [source.light for source in sources if not source.blockers.none]
     if not blocked or x.size == 0:
         return found
-    order = np.lexsort((x // 8, y // 8, region))
+    order = np.lexsort((region, x // 4, y // 4))
     parts = footprints(regions, x[order], y[order], region[order])
     straight = [(regions.faces.start, regions.faces.end), crossings(g)]
     for light in blocked:
