@@ -47,8 +47,17 @@ def head_of(
         "command": command,
         "left_out": [vars(entry) for entry in _left_out(ours, needs, estimator, scene)],
         "routes": ours.routes,
+        "bound": _bound(ours),
         "warnings": [*_warnings(scene, ours), *notes(scene, estimator)],
     }
+
+
+def _bound(ours: Image) -> float | None:
+    """The largest bound of any value that has one; see `Image.bound`."""
+    if ours.bound is None:
+        return None
+    known = ours.bound[np.isfinite(ours.bound)]
+    return float(known.max(initial=0.0))
 
 
 def _left_out(ours: Image, needs: Needs, estimator: Estimator, scene: Scene) -> list[LeftOut]:

@@ -11,6 +11,7 @@ import click
 from renderer.coverage import AreaImage, CentreImage, render_centre
 from renderer.image import prepare, render
 
+from .bounds import bound_note
 from .catalogue import load
 from .check import chosen_estimator, draw_area, with_pixel_rule
 from .check_rows import notes
@@ -65,6 +66,8 @@ def run_render(
             click.echo(said if reached.error else "no sampling error", err=True)
     if image.back_faces:
         click.echo(f"warning: {image.back_faces} pixels show the black back of a one-sided surface", err=True)
+    if image.bound is not None:
+        click.echo(bound_note(image), err=True)
     if note := negative_note(image, estimator, estimator.claim(prepare(read).needs)):
         click.echo(f"warning: {note}", err=True)
     write_image(output, image.mean)

@@ -57,10 +57,10 @@ class Planted:
     way: str
     shortcuts: bool = True
 
-    def with_routes(self, points, source, rng):
+    def with_bounds(self, points, source, rng):
         if self.way == "free":
-            return without_shadows(points, source), {}
-        out, routes = Exact(shortcuts=self.shortcuts).with_routes(points, source, rng)
+            return without_shadows(points, source), np.full(points.count, 1e-9), {}
+        out, bound, routes = Exact(shortcuts=self.shortcuts).with_bounds(points, source, rng)
         light = source.light
         if self.way == "one side is black":
             out[:, points.position.sum(axis=0) < 0.3] = 0.0
@@ -82,7 +82,7 @@ class Planted:
             warnings.warn("odd", RuntimeWarning, stacklevel=1)
         elif self.way == "raises":
             raise IndexError("index 0 is out of bounds")
-        return out, routes
+        return out, bound, routes
 
 
 def twins(*names):

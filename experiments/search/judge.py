@@ -21,8 +21,6 @@ from renderer.view import View, look
 from .motions import places
 from .sensitivity import scale_of
 
-CLAIM = 1e-9
-"""Of the unoccluded value: where the estimator has no bound of its own to tell."""
 ULPS = 64 * 2.0**-53
 """Rounding of a light's closed form, relative to what it gives a surface that faces it."""
 
@@ -94,13 +92,8 @@ class Values:
 
 def with_bound(estimator: Any, points: ShadingPoints, source: Source) -> tuple[Floats, Floats]:
     """Radiance (3, n) of one light, and its claimed error (n,) relative to the unoccluded value."""
-    rng = np.random.default_rng(0)
-    if hasattr(estimator, "with_bounds"):
-        radiance, bound, routes = estimator.with_bounds(points, source, rng)
-    else:
-        radiance, routes = estimator.with_routes(points, source, rng)
-        bound = np.full(points.count, CLAIM)
-    return radiance, np.where(bool(routes.get("sampled")) & source.has_extent, np.inf, bound)
+    radiance, bound, _ = estimator.with_bounds(points, source, np.random.default_rng(0))
+    return radiance, bound
 
 
 def values(seen: Seen, points: ShadingPoints, estimator: Any) -> Values:
