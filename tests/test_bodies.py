@@ -40,7 +40,7 @@ def shining(made, kind):
 
 def as_seen(made):
     """Shading points of an image's pixels, and the sources."""
-    g, needs = prepare(made)
+    _, g, needs = prepare(made)
     return look(made, g, *pixel_centres(range(made.width), range(made.height))).points, needs.sources
 
 

@@ -25,8 +25,8 @@ def over_floor(side: int):
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
 def test_interpolated_centres_are_within_the_bound_and_cost_less(tolerance):
     s = over_floor(96)
-    every = render(s, Exact(merge=4))
-    some = render_centre(s, Exact(merge=4), tolerance=tolerance)
+    every = render(s, Exact())
+    some = render_centre(s, Exact(), tolerance=tolerance)
     error = np.sqrt(((some.image.mean - every.mean) ** 2).sum() / (every.mean**2).sum())
     assert 0 < error <= some.error <= tolerance
     assert some.evaluations < 0.75 * every.shaded.sum()

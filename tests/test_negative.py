@@ -28,7 +28,7 @@ sphere 0 0.8 0 0.5
 
 def note_of(made, estimator):
     image = render(made, estimator, seed=1)
-    return negative_note(image, estimator, estimator.claim(prepare(made)[1])), image
+    return negative_note(image, estimator, estimator.claim(prepare(made).needs)), image
 
 
 def blocked(light):

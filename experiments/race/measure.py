@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -27,10 +27,8 @@ COMMON = (8, 13, 21, 34)
 """Light points common to all pixels, for pixels' centres behind big meshes."""
 TOLERANCES = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
 """Asked of our pixels by area."""
-MERGED = (32, 16, 4, 1)
-"""Strips taken as one (see `Exact`), for centres behind big meshes, every one evaluated."""
-INTERPOLATED = ((0.9, 32), (1e-1, 16), (3e-2, 16), (5e-3, 16), (1e-3, 4))
-"""Tolerances of interpolation, and strips taken as one: what is reached is far below what is asked."""
+INTERPOLATED = (0.9, 1e-1, 3e-2, 5e-3, 1e-3)
+"""Tolerances of interpolation: what is reached is far below what is asked."""
 
 Step = tuple[float, Estimator]
 """Tolerance, 0 for none, and estimator of one of our images."""
@@ -100,7 +98,7 @@ def noise_free(scene: Scene) -> Estimator | None:
 
 
 def by_silhouettes(scene: Scene, estimator: Estimator) -> bool:
-    """Whether a scene's shadows are those of big closed meshes: exact to about 1e-6, each pixel dear."""
+    """Whether a scene's shadows are those of big closed meshes: each pixel dear."""
     return estimator.claim(prepare(scene).needs) == "consistent"
 
 
@@ -111,8 +109,7 @@ def steps(scene: Scene, estimator: Estimator, rule: Rule) -> list[Step]:
     if not isinstance(estimator, Exact) or not by_silhouettes(scene, estimator):
         return [(0.0, estimator)]
     common: list[Step] = [(0.0, CommonPointsFixed(samples=samples)) for samples in COMMON]
-    every: list[Step] = [(0.0, replace(estimator, merge=merge)) for merge in MERGED]
-    return common + every + [(tolerance, replace(estimator, merge=merge)) for tolerance, merge in INTERPOLATED]
+    return [*common, (0.0, estimator), *((tolerance, estimator) for tolerance in INTERPOLATED)]
 
 
 Draw = Callable[[Step, Executor | None], Image]
@@ -174,8 +171,6 @@ def _truth(
 ) -> tuple[Floats, Any]:
     """The truth, and the pixels that are judged: not touched by a light, and by area at least partly shaded."""
     if rule != "area":
-        if isinstance(estimator, Exact):
-            estimator = replace(estimator, finer=2)
         image = render(view, estimator, executor=executor)
         return image.mean, image.shaded
     area = render_area(view, estimator, tolerance=plan.truth, executor=executor)

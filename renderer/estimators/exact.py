@@ -1,9 +1,10 @@
 """Light behind occluders without noise: boundary integrals over the visible contour.
 
 Diffuse and glossy, for parallelograms. Point and directional lights take one shadow ray. Big closed meshes are taken
-by their silhouettes (see `penumbra`), on diffuse surfaces: without noise, to about 1e-6, so that what is claimed there
-is consistency. What it leaves to sampling, and then claims no exactness for: the sun's disk behind blockers, and
-points with more than MOST candidates, whose cost grows with the square.
+by their silhouettes (see `penumbra`), on diffuse surfaces: what is claimed there is consistency, and how far it goes
+is what each value's bound says. What it leaves to sampling, and then claims no exactness for: the sun's disk behind
+blockers, round bodies through a light's plane, and points with more than MOST candidates, whose cost grows with the
+square.
 """
 
 from __future__ import annotations
@@ -41,18 +42,11 @@ class Exact:
     ----------
     shortcuts : bool
         Leave out what cannot matter to a point. The image is the same to rounding without.
-    finer : int
-        How much finer than needed for 1e-6 the strips are where a big mesh's layers overlap: the error falls about
-        as its square.
-    merge : int
-        How many of those strips are taken as one: faster, and less exact.
     """
 
     samples: int = 1
     stratified: bool = False
     shortcuts: bool = True
-    finer: int = 1
-    merge: int = 1
     name: ClassVar[str] = "exact"
     summary: ClassVar[str] = "boundary integrals over the visible contour: soft shadows without noise"
 
@@ -91,7 +85,7 @@ class Exact:
             )
         n, light = points.count, source.light
         if _by_silhouettes(source):
-            return mesh_radiance(points, source, self.finer, self.merge), np.full(n, SILHOUETTE), {"silhouette": n}
+            return *mesh_radiance(points, source), {"silhouette": n}
         if isinstance(light, QuadLight) and (not source.blockers.none or not self.shortcuts):
             if _too_large(source):
                 return self._sampled(points, source, rng), np.full(n, np.inf), {"sampled": n}
@@ -110,9 +104,6 @@ class Exact:
             return ControlVariate(samples=SAMPLES, stratified=True)(points, source, rng)
         return ControlVariate(samples=self.samples, stratified=self.stratified)(points, source, rng)
 
-
-SILHOUETTE = 1e-4
-"""Of the silhouettes of coarse meshes."""
 
 LARGEST = 20_000
 """Triangles before a light beyond which its pieces are not looked for."""

@@ -3,10 +3,11 @@
 Seen from a point x, the silhouette of a closed surface bounds its layers. With w the number of layers before a
 light point and f the integrand of the irradiance, int f w over the light is a sum of Lambert's edge terms: over
 the silhouette edges inside the light, and along the light's rim as often as w says. Where layers overlap
-(w > 1), int f (w - 1) is taken back in strips of the light between consecutive ends of edges.
+(w > 1), int f (w - 1) is taken back, along those edges again: in strips of the light between their ends (`overlap`),
+in which it is known which lies beside which (`order`).
 
-The first part is exact to rounding. So is the second, but for edges that cross inside a strip and the lines by
-which a strip is integrated: see `overlap`.
+Both parts are sums along lines that close, cut where they cross: exact but for rounding, of which every value carries
+a bound.
 """
 
 from __future__ import annotations

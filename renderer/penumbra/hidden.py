@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -14,12 +15,19 @@ from ..lights import QuadLight
 from ..needs import Source
 from ..silhouette import Outline
 from ..vectors import Floats, column, dot
-from .contour import Rim, layers, pieces
+from .contour import Rim, before_corner, layers, on_left, pieces
 from .light_frame import Candidates, LightFrame
 from .overlap import extra_layers
+from .rounding import rounding
 
 LEVELS = (2048, 256, 64)
 """Points in the blocks for which candidate edges are sought, each within the one before."""
+
+SPOT = (0.3819660112501051, 0.2763932022500210)
+"""A point of the light, where it is seen whether anything is in the way: one that nobody's coordinates meet."""
+
+NEARER = (1.0, 2.0**-8, 2.0**-16, 2.0**-24, 0.0)
+"""How much nearer to its first corner for points whose horizon hides that."""
 
 PAIRS = 1 << 19
 """Edge-point pairs looked at at once."""
@@ -40,11 +48,9 @@ def hidden_irradiance(
     source: Source,
     x: Floats,
     n: Floats,
-    detail: int = 1,
-    merge: int = 1,
     outside: NDArray[np.bool_] | None = None,
-) -> Floats:
-    """What the surface in the source's hierarchy keeps from points, for unit radiance.
+) -> tuple[Floats, Floats]:
+    """What the surface in the source's hierarchy keeps from points, for unit radiance, and a bound of its error.
 
     Parameters
     ----------
@@ -52,17 +58,13 @@ def hidden_irradiance(
         A quad light, and blockers whose hierarchy is a closed surface wholly on the light's shining side.
     x, n : (3, m) float64
         Points, outside the surface or on it, and unit normals.
-    detail : int
-        How much finer the strips are where layers overlap.
-    merge : int
-        How many of them are taken as one.
     outside : (m,) bool, optional
         See `ShadingPoints`.
 
     Returns
     -------
-    (m,) float64
-        Irradiance, relative to radiance 1.
+    value, bound : (m,) float64
+        Irradiance, relative to radiance 1, and a bound of its absolute error: see `rounding`.
 
     Raises
     ------
@@ -74,7 +76,7 @@ def hidden_irradiance(
         raise ValueError("a quad light and a closed surface before it are needed")
     if not shines_clear(source):
         raise ValueError("the surface reaches behind the light")
-    out = np.zeros(x.shape[1])
+    out = np.zeros((2, x.shape[1]))
     own = LightFrame.of(source.light)
     height = dot(n[:, None, :], own.rim[:, :, None] - x[:, None, :])
     highest = np.where((height.max(axis=0) > 0) & (own.point(x)[2] > 0), height.argmax(axis=0), -1)
@@ -82,8 +84,32 @@ def hidden_irradiance(
         # The rim is walked from the corner that is highest over the point's horizon.
         k = np.flatnonzero(highest == corner)
         around = None if outside is None else outside[k]
-        out[k] = _from_corner(view, LightFrame.turned(source.light, corner), x[:, k], n[:, k], detail, merge, around)
-    return out
+        out[:, k] = _from_corner(view, LightFrame.turned(source.light, corner), x[:, k], n[:, k], around)
+    return out[0], out[1]
+
+
+@dataclass(frozen=True)
+class Points:
+    """Receivers, neighbours next to each other.
+
+    Parameters
+    ----------
+    x, n, local : (3, m) float64
+        Points, unit normals, and the points in the light's frame.
+    spot : (2, m) float64
+        A point of the light above the horizon.
+    within : (m,) int64
+        Layers before that.
+    """
+
+    x: Floats
+    n: Floats
+    local: Floats
+    spot: Floats
+    within: Ints
+
+    def part(self, s: slice) -> Points:
+        return Points(self.x[:, s], self.n[:, s], self.local[:, s], self.spot[:, s], self.within[s])
 
 
 @lru_cache(maxsize=8)
@@ -96,51 +122,65 @@ def _from_corner(
     frame: LightFrame,
     x: Floats,
     n: Floats,
-    detail: int,
-    merge: int,
     outside: NDArray[np.bool_] | None,
 ) -> Floats:
     """For points whose horizon is below the frame's first corner."""
+    out = np.zeros((2, x.shape[1]))
     if view.outline is None:
-        return np.zeros(x.shape[1])
+        return out
     everything = _candidates(view.outline, frame.light)
     low, high = x.min(axis=1, keepdims=True), x.max(axis=1, keepdims=True)
     span = np.where(high > low, high - low, 1.0)
     order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
     x, n = x[:, order], n[:, order]
-    eye = column(frame.light.corner)
-    start = view.layers(x, eye - x, eye, None if outside is None else outside[order])
-    out = np.zeros(x.shape[1])
-    _blocks(everything, x, n, frame.point(x), start, frame, LEVELS, detail, merge, order, out)
+    points = Points(x, n, frame.point(x), *_layers(view, frame, x, n, None if outside is None else outside[order]))
+    _blocks(everything, points, frame, LEVELS, order, out)
     return out
 
 
+def _layers(
+    view: CommonVisibility, frame: LightFrame, x: Floats, n: Floats, outside: NDArray[np.bool_] | None
+) -> tuple[Floats, Ints]:
+    """A point of the light (2, m) above each horizon, and how many layers lie before it, (m,)."""
+    spot, within = np.zeros((2, x.shape[1])), np.zeros(x.shape[1], dtype=np.int64)
+    left = np.arange(x.shape[1])
+    for share in NEARER:
+        at = share * column((*SPOT, 0))[:2]
+        eye = frame.rim[:, :1] + at[0] * column(frame.light.ab) + at[1] * column(frame.light.ac)
+        above = dot(n[:, left], eye - x[:, left]) > 0 if share > 0 else np.ones(left.size, dtype=bool)
+        k, left = left[above], left[~above]
+        if k.size:
+            spot[:, k] = at
+            within[k] = view.layers(x[:, k], eye - x[:, k], eye, None if outside is None else outside[k])
+    return spot, within
+
+
 def _blocks(
-    edges: Candidates,
-    x: Floats,
-    n: Floats,
-    local: Floats,
-    start: Ints,
-    frame: LightFrame,
-    levels: tuple[int, ...],
-    detail: int,
-    merge: int,
-    names: Ints,
-    out: Floats,
+    edges: Candidates, points: Points, frame: LightFrame, levels: tuple[int, ...], names: Ints, out: Floats
 ) -> None:
     """Blocks within blocks; a block that no edge reaches has one number of layers, and no strips."""
-    size = levels[0]
-    for first in range(0, x.shape[1], size):
+    size, count = levels[0], points.within.size
+    for first in range(0, count, size):
         s = slice(first, first + size)
-        near = edges.near(x[:, s], local[:, s])
+        some = points.part(s)
+        near = edges.near(some.x, some.local)
         if len(levels) > 1 and near.count:
-            _blocks(near, x[:, s], n[:, s], local[:, s], start[s], frame, levels[1:], detail, merge, names[s], out)
+            _blocks(near, some, frame, levels[1:], names[s], out)
             continue
         step = max(1, PAIRS // max(near.count, 1))
-        for begin in range(first, min(first + size, x.shape[1]), step):
+        for begin in range(first, min(first + size, count), step):
             t = slice(begin, min(begin + step, first + size))
-            cut = pieces(near, x[:, t], n[:, t], local[:, t], frame)
-            rim = Rim.of(x[:, t], n[:, t], frame)
-            value, at, jump = layers(cut, rim, n[:, t], start[t])
-            extra = extra_layers(cut, rim, x[:, t], n[:, t], start[t], at, jump, frame, detail, merge)
-            out[names[t]] = value - extra
+            out[:, names[t]] = _block(near, points.part(t), frame)
+
+
+def _block(edges: Candidates, points: Points, frame: LightFrame) -> tuple[Floats, Floats]:
+    """Hidden irradiance, and a bound of its error."""
+    x, n = points.x, points.n
+    size = edges.size + np.abs(x).max(axis=0)
+    cut = pieces(edges, x, n, points.local, frame)
+    rim = Rim.of(x, n, frame, size)
+    at, jump = on_left(cut, rim)
+    start = before_corner(cut, at, jump, points.spot, points.within)
+    value, doubt = layers(cut, rim, n, start, size)
+    extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame)
+    return value - extra, rounding(cut, x, n, size, frame, doubt + more, lengths)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry import Ints
 from ..lights import QuadLight
 from ..pairs import take
 from ..silhouette import Outline
@@ -59,24 +60,30 @@ class Candidates:
         World.
     local_start, local_end : (3, e) float64
         The same in the light's frame.
-    left, right : (4, e) float64
+    plane : (4, f) float64
         Planes n, n . a of the faces beside them.
+    left, right : (e,) int64
+        Which of those.
+    size : float
+        Magnitude of all coordinates, the light's too.
     """
 
     start: Floats
     end: Floats
     local_start: Floats
     local_end: Floats
-    left: Floats
-    right: Floats
+    plane: Floats
+    left: Ints
+    right: Ints
+    size: float
 
     @classmethod
     def of(cls, outline: Outline, frame: LightFrame) -> Candidates:
         """All edges of an outline."""
-        size = np.sqrt(dot(outline.plane[:3], outline.plane[:3]))
-        plane = outline.plane / size
+        plane = outline.plane / np.sqrt(dot(outline.plane[:3], outline.plane[:3]))
         local = frame.point(outline.start), frame.point(outline.end)
-        return cls(outline.start, outline.end, *local, plane[:, outline.left], plane[:, outline.right])
+        size = float(np.abs(outline.start).max(initial=np.abs(frame.rim).max()))
+        return cls(outline.start, outline.end, *local, plane, outline.left, outline.right, size)
 
     @property
     def count(self) -> int:
@@ -91,13 +98,12 @@ class Candidates:
         """
         low, high = x.min(axis=1), x.max(axis=1)
         centre, half = (low + high) / 2, (high - low) / 2
-        sure = []
-        for plane in (self.left, self.right):
-            height = plane[0] * centre[0] + plane[1] * centre[1] + plane[2] * centre[2] - plane[3]
-            reach = np.abs(plane[0]) * half[0] + np.abs(plane[1]) * half[1] + np.abs(plane[2]) * half[2]
-            reach += 1e-13 * (np.abs(plane[3]) + np.abs(x).max())
-            sure.append((height > reach, height < -reach))
-        out = (sure[0][0] & sure[1][0]) | (sure[0][1] & sure[1][1])
+        plane = self.plane
+        height = plane[0] * centre[0] + plane[1] * centre[1] + plane[2] * centre[2] - plane[3]
+        reach = np.abs(plane[0]) * half[0] + np.abs(plane[1]) * half[1] + np.abs(plane[2]) * half[2]
+        reach += 1e-13 * (np.abs(plane[3]) + np.abs(x).max())
+        sure = (height > reach).astype(np.int8) - (height < -reach)
+        out = take(sure, self.left) * take(sure, self.right) > 0
         low, high = local.min(axis=1), local.max(axis=1)
         slack = 1e-12 * (1 + max(np.abs(low).max(), np.abs(high).max())) ** 2
         for axis in (0, 1):
@@ -109,4 +115,11 @@ class Candidates:
                     beyond &= lever + np.maximum(arm * low[2], arm * high[2]) < -slack
                 out |= beyond
         k = np.flatnonzero(~out)
-        return Candidates(*(take(getattr(self, name), k) for name in self.__dataclass_fields__))
+        left, right = take(self.left, k), take(self.right, k)
+        used = np.zeros(plane.shape[1], dtype=bool)
+        used[left] = used[right] = True
+        number = np.cumsum(used) - 1
+        start, end, *local = (take(v, k) for v in (self.start, self.end, self.local_start, self.local_end))
+        return Candidates(
+            start, end, local[0], local[1], plane[:, used], take(number, left), take(number, right), self.size
+        )

@@ -1,54 +1,260 @@
-"""What several layers count more than once: int f (w - 1) where w > 1, strip by strip.
+"""What several layers count more than once: int f (w - 1) where w > 1, exactly, from the order of the pieces.
 
-Strips of the light lie between consecutive ends of pieces, so that no piece begins or ends inside one; two
-lines through each, at Gauss's points, cross the same pieces. Along a line the integral of f is closed. Left
-out: that two pieces may cross inside a strip, between the lines or before them. On a mesh whose edges are
-short against the light that is the square of an edge's length; measured in the tests.
+Strips of the light lie between consecutive ends of pieces, so that no piece begins or ends inside one, and are split
+where pieces cross (see `order`). In each, the number of layers w is then known between any two neighbours, and where
+(w - 1)+ steps along a piece, so does the integral: by Lambert's term of that part of the piece. Together with the rim
+those parts bound the levels of (w - 1)+; the edges between strips cancel, but for those where pieces lie along them.
 """
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry import Ints
 from ..pairs import expand, take
-from ..vectors import Floats, column, cross, dot
-from .contour import Pieces, Rim, above_horizon
+from ..vectors import Floats, column, dot
+from .contour import Pieces, Rim, above_horizon, edge_terms
 from .light_frame import LightFrame
+from .order import TRIES, Order, Parts, Walk, change, walk
 
-PART = 1 / 64
-"""Height of the parts of a strip that two Gauss lines are enough for: their error is height^4 / 4320 of the fourth
-derivative, 1e-11."""
-
-THICK = 4e-3
-"""Height of a strip, of the light's, above which one line through its middle is not enough: the error is that of
-the midpoint rule, height^3 / 24 of the second derivative."""
+GRID = 2.0**-40
+"""The ends of strips are kept to this share of the light: receiver i lives in [2 i, 2 i + 1] of one sorted list."""
 
 
-def line_term(x: Floats, n: Floats, frame: LightFrame, p: Floats, q: Floats, to: Floats) -> Floats:
-    """int from p to ``to`` of (n . d) h / |d|^4 dp' times |ab x ac|, along the line q of the light.
+@dataclass(frozen=True)
+class Lines:
+    """Directed straight lines on the light, each with a weight: Lambert's terms are taken along them.
 
-    With d = e + s ab, e from x to (p, q): (c + s g) / (s^2 A + 2 s B + C)^2 has the closed form below;
-    Q = A C - B^2 = |ab x e|^2 is taken from the cross product, where it keeps its digits.
+    Parameters
+    ----------
+    who : (m,) int64
+        Receiver.
+    p, q : (2, m) float64
+        Ends on the light.
+    weight : (m,) int64
     """
-    ab, ac = column(frame.light.ab), column(frame.light.ac)
-    e = frame.rim[:, :1] + p * ab + q * ac - x
-    end = np.maximum(to - p, 0)
-    aa, b, c2 = float(dot(ab, ab)[0]), dot(ab, e), dot(e, e)
-    across = cross(np.broadcast_to(ab, e.shape), e)
-    qq = dot(across, across)
-    c, g = dot(n, e), dot(n, np.broadcast_to(ab, n.shape))
-    far = aa * end * end + 2 * b * end + c2
-    root = np.sqrt(qq)
-    angle = np.arctan2(end * root, c2 + b * end)
-    # int ds / D^2 and int s ds / D^2 over [0, end], D = aa s^2 + 2 b s + c2.
-    one = ((aa * end + b) / far - b / c2) / (2 * qq) + aa * angle / (2 * qq * root)
-    s_one = (1 / c2 - 1 / far) / (2 * aa) - b / aa * one
-    height = np.abs(dot(np.broadcast_to(cross(ab, ac), e.shape), e))  # h |ab x ac|
-    return np.asarray(height * (c * one + g * s_one))
+
+    who: Ints
+    p: Floats
+    q: Floats
+    weight: Ints
+
+    @classmethod
+    def join(cls, *some: Lines) -> Lines:
+        """All of them, those without weight left out."""
+        who, p, q, weight = (
+            np.concatenate([getattr(lines, name) for lines in some], axis=-1) for name in ("who", "p", "q", "weight")
+        )
+        k = np.flatnonzero(weight)
+        return cls(take(who, k), take(p, k), take(q, k), take(weight, k))
+
+    def sums(self, x: Floats, n: Floats, frame: LightFrame) -> tuple[Floats, Floats, Floats]:
+        """For points x with normals n, (3, m): sums of terms, their doubts, and lengths on the light."""
+        ab, ac, count = column(frame.light.ab), column(frame.light.ac), x.shape[1]
+        first = take(frame.rim[:, :1] - x, self.who) + self.p[0] * ab + self.q[0] * ac
+        dp, dq = self.p[1] - self.p[0], self.q[1] - self.q[0]
+        term, doubt = edge_terms(first, dp * ab + dq * ac, take(n, self.who))
+        size = np.abs(self.weight)
+        every = (self.weight * term, size * doubt, size * (np.abs(dp) + np.abs(dq)))
+        one, two, three = (np.bincount(self.who, v, minlength=count).astype(np.float64) for v in every)
+        return one, two, three
+
+
+@dataclass(frozen=True)
+class Strips:
+    """Strips of the lights of many points, in order, those that can have no overlap left out.
+
+    Parameters
+    ----------
+    number : (s,) int64
+        Among all strips: neighbours differ by 1.
+    who : (s,) int64
+        Receiver.
+    low, high : (s,) float64
+        Ends, of the light's q.
+    left : (s,) int64
+        Layers on the light's left.
+    shut : (2, s) bool
+        Whether the lower and the upper edge count: on the rim, and where pieces lie along them.
+    first, count : (m,) int64
+        For each piece the first of these strips that it spans, and how many it does.
+    """
+
+    number: Ints
+    who: Ints
+    low: Floats
+    high: Floats
+    left: Ints
+    shut: NDArray[np.bool_]
+    first: Ints
+    count: Ints
+
+    @classmethod
+    def of(cls, cut: Pieces, rim: Rim, start: Ints, at: Floats, jump: Ints) -> Strips:
+        """With ``start`` layers before the first corner; ``at``, ``jump``: see `contour.on_left`."""
+        base, each = 2.0 * cut.owner, 2.0 * np.arange(start.size)
+        low, high = base + cut.q.min(axis=0), base + cut.q.max(axis=0)
+        side = np.flatnonzero(at <= 1)
+        turns = 2.0 * np.concatenate((cut.owner, cut.owner))[side] + at[side]
+        corners = np.concatenate((each, each + 1, *(each + rim.q)))
+        ends = np.sort(np.concatenate((corners, low, high, turns)))
+        k = np.flatnonzero((np.diff(ends) > 0) & (ends[:-1] % 2 < 1))
+        bottom, top = ends[k], ends[k + 1]
+        who = (bottom / 2).astype(np.int64)
+        begin, stop = np.searchsorted(bottom, low), np.searchsorted(bottom, high)
+        # Layers left of the light, and how many rise to their right: where there cannot be two, nothing overlaps.
+        turn = np.searchsorted(bottom, turns)
+        within = np.flatnonzero(
+            take(np.append(who, start.size), turn) == (turns / 2).astype(np.int64)
+        )  # else above all
+        left: Ints = start[who] + _running(turn[within], jump[side][within], np.searchsorted(bottom, each), who)
+        rises = cut.q[1] > cut.q[0]
+        up = np.bincount(begin[rises], minlength=k.size + 1) - np.bincount(stop[rises], minlength=k.size + 1)
+        good = np.flatnonzero(left + np.cumsum(up)[: k.size] > 1)
+        bottom, top = bottom[good], top[good]
+        along = np.flatnonzero((low == high) & (cut.p[0] != cut.p[1]))
+        marks = np.unique(np.concatenate((corners, low[along], high[along])))
+        shut = np.stack([take(marks, np.searchsorted(marks, v)) == v for v in (bottom, top)])
+        number = np.concatenate(([0], np.cumsum(np.bincount(good, minlength=k.size).astype(np.int64))))
+        shut |= take((rim.q != 0).any(axis=0), who[good])  # the horizon may be all but parallel to the strips
+        who, left = who[good], left[good]
+        return cls(good, who, bottom - 2 * who, top - 2 * who, left, shut, number[begin], number[stop] - number[begin])
+
+
+def extra_layers(
+    cut: Pieces, rim: Rim, x: Floats, n: Floats, start: Ints, at: Floats, jump: Ints, frame: LightFrame
+) -> tuple[Floats, Floats, Floats]:
+    """int f (w - 1)+ over the light, (n,), and what its error is made of: see `Strips.of`.
+
+    Returns
+    -------
+    value : (n,) float64
+    doubt, lengths : (n,) float64
+        Sums over the lines it is integrated along: see `contour.edge_terms`, and of their lengths on the light.
+    """
+    count = x.shape[1]
+    strips = Strips.of(cut, rim, start, at, jump)
+    if strips.who.size == 0:
+        return np.zeros(count), np.zeros(count), np.zeros(count)
+    piece, offset = expand(strips.count)
+    sides = _sides(x, n, frame, strips)
+    parts = _parts(cut, piece, take(strips.first, piece) + offset, strips, sides)
+    order = Order.of(parts, strips.left)
+    weights = np.zeros((3, piece.size), dtype=np.int64)  # along the part, on the strip's lower edge, on its upper one
+    weights[:, order.index] = change(order.right, order.step)
+    crossing = _crossings(order, strips, weights)
+    within = np.bincount(parts.strip, parts.step, minlength=strips.who.size).astype(np.int64)
+    lines = Lines.join(
+        _runs(parts, piece, weights[0], strips),
+        *crossing,
+        *_rim(strips, sides, np.maximum(strips.left - 1, 0), np.maximum(strips.left + within - 1, 0)),
+        *_edges(strips, sides, parts, weights[1:]),
+    )
+    return lines.sums(x, n, frame)
+
+
+def _crossings(order: Order, strips: Strips, weights: Ints) -> list[Lines]:
+    """Along parts that change places; their weights are no more those of the whole, but may differ on either edge."""
+    lines = []
+    k = order.disordered()
+    for far in TRIES:
+        if k.size == 0:
+            break
+        order = order.taken(k)
+        way = walk(order, far)
+        done = ~way.late | (far is None)
+        sure, moved = np.flatnonzero(done), way.moved & done
+        weights[1, order.index[sure]], weights[2, order.index[sure]] = way.last.reshape(2, -1)[:, sure]
+        weights[0, order.index[moved]] = 0
+        lines.append(_stretches(order, way, moved, strips))
+        k = np.flatnonzero(~done)
+    return lines
+
+
+def _stretches(order: Order, way: Walk, moved: NDArray[np.bool_], strips: Strips) -> Lines:
+    """Along the parts ``moved`` (m,), from the middle of their strips to both edges."""
+    whole = np.tile(moved, 2)
+    some, rest = np.flatnonzero(whole[way.part]), np.flatnonzero(whole)
+    part = np.concatenate((way.part[some], rest))
+    weight = np.concatenate((way.weight[some], way.last[rest]))
+    p = np.hstack((way.p[:, some], (way.start[rest], way.edge[rest])))
+    share = np.hstack((way.share[:, some], (way.begin[rest], np.ones(rest.size))))
+    up = part >= moved.size
+    line = order.strip[part - moved.size * up]
+    low, high = strips.low[line], strips.high[line]
+    middle, end = (low + high) / 2, np.where(up, high, low)
+    q = np.where(share == 1, end, middle + share * (end - middle))
+    return Lines(strips.who[line], p, q, np.where(up, weight, -weight))
+
+
+def _parts(cut: Pieces, piece: Ints, line: Ints, strips: Strips, sides: Floats) -> Parts:
+    """Pieces where they pass the edges of strips, kept between the light's ``sides``."""
+    rises = cut.q[1] > cut.q[0]
+    (low, high), (bottom, top) = (np.where(rises, v, v[::-1]) for v in (cut.p, _kept(cut.q, cut.owner)))
+    slope = np.divide(high - low, top - bottom, out=np.zeros(low.size), where=top > bottom)
+    low, high, bottom, top, slope = (take(v, piece) for v in (low, high, bottom, top, slope))
+    end = take(strips.high, line)
+    first = low + slope * (take(strips.low, line) - bottom)
+    last = np.where(end == top, high, low + slope * (end - bottom))
+    if sides[0].any() or not sides[1].all():
+        first, last = (np.clip(v, *take(sides[:, k], line)) for k, v in enumerate((first, last)))
+    return Parts(line, first, last, take(np.where(rises, 1, -1), piece))
+
+
+def _kept(q: Floats, owner: Ints) -> Floats:
+    """As the ends of strips are kept."""
+    return (2.0 * owner + q) - 2.0 * owner
+
+
+def _runs(parts: Parts, piece: Ints, weights: Ints, strips: Strips) -> Lines:
+    """Along pieces, neighbouring parts with the same weight taken as one; ``parts`` are sorted by piece and strip."""
+    k = np.flatnonzero(weights)
+    piece, line, weight = take(piece, k), take(parts.strip, k), take(weights, k)
+    number = take(strips.number, line)
+    new = (np.diff(piece) != 0) | (np.diff(number) != 1) | (np.diff(weight) != 0)
+    first = np.flatnonzero(np.concatenate((np.ones(min(k.size, 1), dtype=bool), new)))
+    last = np.append(first[1:], k.size)[: first.size] - 1
+    p = np.stack((take(parts.low, k[first]), take(parts.high, k[last])))
+    q = np.stack((take(strips.low, line[first]), take(strips.high, line[last])))
+    return Lines(take(strips.who, line[first]), p, q, weight[first])
+
+
+def _rim(strips: Strips, sides: Floats, left: Ints, right: Ints) -> list[Lines]:
+    """Along the light's left and right, and the edges of strips between them where layers overlap on the left."""
+    q = np.stack((strips.low, strips.high))
+    lines = [Lines(strips.who, sides[0], q, left), Lines(strips.who, sides[1], q, -right)]
+    for end, weight in ((0, -left), (1, left)):
+        level = np.stack((q[end], q[end]))
+        lines.append(Lines(strips.who, sides[:, end], level, np.where(strips.shut[end], weight, 0)))
+    return lines
+
+
+def _edges(strips: Strips, sides: Floats, parts: Parts, weights: Ints) -> list[Lines]:
+    """Along those edges of strips that count, from each part to the light's right."""
+    lines = []
+    for end, at, weight in ((0, parts.low, -weights[0]), (1, parts.high, weights[1])):
+        k = np.flatnonzero(take(strips.shut[end], parts.strip) & (weight != 0))
+        line = take(parts.strip, k)
+        level = take((strips.low, strips.high)[end], line)
+        p = np.stack((take(at, k), take(sides[1, end], line)))
+        lines.append(Lines(take(strips.who, line), p, np.stack((level, level)), weight[k]))
+    return lines
+
+
+def _sides(x: Floats, n: Floats, frame: LightFrame, strips: Strips) -> Floats:
+    """From which p to which the strips' edges lie above the horizon: (2, 2, s), the left and right of both edges."""
+    count = strips.who.size
+    if above_horizon(x, n, frame):
+        return np.stack((np.zeros((2, count)), np.ones((2, count))))
+    # No corner and no end of the horizon is inside a strip, but rounding may have one on an edge.
+    x, n = take(x, strips.who), take(n, strips.who)
+    height = strips.high - strips.low
+    near, far = (np.stack(_span(x, n, frame, strips.low + share * height)) for share in (0.25, 0.75))
+    step = (far - near) / 2
+    return np.clip(np.stack((near - step, far + step), axis=1), 0, 1)
 
 
 def _span(x: Floats, n: Floats, frame: LightFrame, q: Floats) -> tuple[Floats, Floats]:
@@ -60,101 +266,8 @@ def _span(x: Floats, n: Floats, frame: LightFrame, q: Floats) -> tuple[Floats, F
     return np.clip(low, 0, 1), np.clip(high, 0, 1)
 
 
-def extra_layers(
-    cut: Pieces,
-    rim: Rim,
-    x: Floats,
-    n: Floats,
-    start: Ints,
-    at: Floats,
-    jump: Ints,
-    frame: LightFrame,
-    detail: int,
-    merge: int,
-) -> Floats:
-    """int f (w - 1)+ over the light, (n,): see `contour.layers` for ``start``, ``at`` and ``jump``.
-
-    With ``merge`` above 1 so many strips are one, with one line: right on average, not in each.
-    """
-    count = x.shape[1]
-    # Receiver i lives in [2 i, 2 i + 1]: one sorted list of strip ends for all of them.
-    base = 2.0 * cut.owner
-    low, high = base + cut.q.min(axis=0), base + cut.q.max(axis=0)
-    side = np.flatnonzero(at <= 1)
-    turns = 2.0 * np.concatenate((cut.owner, cut.owner))[side] + at[side]
-    each = 2.0 * np.arange(count)
-    strip, height, single = _strips(np.concatenate((each, each + 1, *(each + rim.q), low, high, turns)), merge)
-    middle = strip + height / 2
-    who = (middle / 2).astype(np.int64)
-    begin, stop = np.searchsorted(middle, low), np.searchsorted(middle, high)
-    rises = cut.q[1] > cut.q[0]
-    # Layers left of the light, and how many rise to their right: where there cannot be two, nothing overlaps.
-    turn = np.searchsorted(middle, turns)
-    within = np.flatnonzero(take(np.append(who, count), turn) == (turns / 2).astype(np.int64))  # else above all lines
-    left: Ints = start[who] + _running(turn[within], jump[side][within], np.searchsorted(middle, each), who)
-    up = np.bincount(begin[rises], minlength=strip.size + 1) - np.bincount(stop[rises], minlength=strip.size + 1)
-    good = np.flatnonzero(left + np.cumsum(up)[: strip.size] > 1)
-    if good.size == 0:
-        return np.zeros(count)
-    # One line through a thin strip, where f is straight enough; two through each part of a thick one.
-    straight = (height[good] <= THICK / detail) | ~single[good]
-    parts = np.where(~straight, np.ceil(height[good] * detail / PART), 0).astype(np.int64)
-    lines = np.maximum(2 * parts, 1)
-    number = np.concatenate(([0], np.cumsum(np.bincount(good, lines, minlength=strip.size).astype(np.int64))))
-    which, nth = expand(lines)
-    strip, height, who, left = strip[good][which], height[good][which], who[good][which], left[good][which]
-    parts, lines = parts[which], lines[which]
-    gauss = (nth // 2 + 0.5 + (nth % 2 - 0.5) / math.sqrt(3)) / np.maximum(parts, 1)
-    q, weight = strip + np.where(parts > 0, gauss, 0.5) * height - 2.0 * who, height / lines
-    piece, offset = expand(number[stop] - number[begin])
-    line = take(number[begin], piece) + offset
-    slope = np.divide(cut.p[1] - cut.p[0], cut.q[1] - cut.q[0], out=np.zeros(low.size), where=high > low)
-    p = take(cut.p[0] - slope * cut.q[0], piece) + take(slope, piece) * take(q, line)
-    line, p, right, step = _crossings(line, p, take(np.where(rises, 1, -1), piece), left)
-    change: Ints = np.maximum(right - 1, 0) - np.maximum(right - step - 1, 0)
-    k, more = np.flatnonzero(change), np.flatnonzero(left > 1)
-    line = np.concatenate((line[k], more))
-    change = np.concatenate((change[k], left[more] - 1))
-    i = take(who, line)
-    clear = above_horizon(x, n, frame)
-    x, n, q = take(x, i), take(n, i), take(q, line)
-    low, high = (np.zeros(i.size), np.ones(i.size)) if clear else _span(x, n, frame, q)
-    p = np.clip(np.concatenate((p[k], np.zeros(more.size))), low, high)
-    term = line_term(x, n, frame, p, q, high)
-    return np.asarray(np.bincount(i, term * change * take(weight, line), minlength=count))
-
-
-def _strips(ends: Floats, merge: int) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Starts and heights of the strips between sorted ends, those between receivers left out; which are of one."""
-    ends = np.sort(ends)
-    number = np.arange(ends.size)
-    if merge > 1:
-        thick = np.diff(ends) > THICK
-        kept = (number % merge == 0) | (ends % 1 == 0) | np.append(thick, False) | np.append(False, thick)
-        number = np.flatnonzero(kept)
-        ends = ends[number]
-    height = np.diff(ends)
-    k = np.flatnonzero((height > 0) & (ends[:-1] % 2 < 1))
-    return ends[k], height[k], np.diff(number)[k] == 1
-
-
 def _running(at: Ints, jump: Ints, first: Ints, who: Ints) -> Ints:
     """Sum of the jumps at or before each strip, from its receiver's ``first`` strip on; ``who`` (strips,)."""
     total = np.cumsum(np.bincount(at, jump, minlength=who.size + 1))
     before = np.where(first > 0, total[np.maximum(first, 1) - 1], 0.0)
     return np.rint(total[: who.size] - before[who]).astype(np.int64)
-
-
-def _crossings(line: Ints, p: Floats, sign: Ints, left: Ints) -> tuple[Ints, Floats, Ints, Ints]:
-    """Crossings in order along each line: line, p, layers to the right, and how many more than to the left.
-
-    Line, p (to 2^-30 of the light) and sign in one integer: sorting those is many times faster.
-    """
-    key = (line << 32) | ((np.clip(p, 0, 1) * (1 << 30)).astype(np.int64) << 1) | (sign > 0)
-    key.sort()
-    line, step = key >> 32, 2 * (key & 1) - 1
-    total = np.cumsum(step)
-    opening = np.flatnonzero(np.diff(line, prepend=-1))
-    before = (total - step)[opening] - left[line[opening]]
-    right = total - np.repeat(before, np.diff(np.append(opening, line.size)))
-    return line, ((key >> 1) & 0x7FFFFFFF) * 2.0**-30, right, step

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from ..closed_forms.irradiance import irradiance
 from ..common_visibility import outline_of
-from ..light_points import colour
+from ..light_points import colour, faced_by
 from ..lights import QuadLight
 from ..needs import Source
 from ..shading import ShadingPoints
-from ..unshadowed import quad_light
-from ..vectors import Floats
+from ..vectors import Floats, column
 from .hidden import hidden_irradiance, shines_clear
+from .rounding import EPS
 
 
 def why_not(source: Source) -> str:
@@ -38,17 +41,31 @@ def bounds_alone(source: Source) -> bool:
     return not why_not(source)
 
 
-def mesh_radiance(points: ShadingPoints, source: Source, finer: int = 1, merge: int = 1) -> Floats:
-    """Radiance (3, n) that diffuse points reflect; for sources whose shadows `bounds_alone` tells.
+def mesh_radiance(points: ShadingPoints, source: Source) -> tuple[Floats, Floats]:
+    """Radiance that diffuse points reflect, and a bound of its error; for sources whose shadows `bounds_alone` tells.
 
-    Where layers do not overlap it is exact to rounding. Where they do, edges that cross inside a strip of the light
-    are left out: relative RMS 8e-7 over the scene `mesh` at 100,000 triangles, 7e-6 at 2,000.
+    Returns
+    -------
+    radiance : (3, n) float64
+    bound : (n,) float64
+        Of its absolute error, in units of what it would be without the mesh: rounding, all of it. Where 53 bits do not
+        tell the unoccluded light from none, it may be above 1.
     """
     light = source.light
     if not isinstance(light, QuadLight):
         raise TypeError("a quad light is needed")
-    out, _ = quad_light(points, light, source.glossy)
+    out, bound = np.zeros_like(points.position), np.zeros(points.count)
     if points.count == 0:
-        return out
-    lost = hidden_irradiance(source, points.position, points.normal, finer, merge, points.outside)
-    return out - points.diffuse * (lost / math.pi) * colour(light)
+        return out, bound
+    x, n = points.position, points.normal
+    whole, relative = irradiance(x, n, light.corner, light.ab, light.ac)
+    corner, ab, ac = (column(v) for v in (light.corner, light.ab, light.ac))
+    lit = np.flatnonzero((whole > 0) & faced_by(corner, ab, ac, x))
+    if lit.size:
+        x, n, whole, relative = x[:, lit], n[:, lit], whole[lit], relative[lit]
+        lost, error = hidden_irradiance(source, x, n, points.outside[lit])
+        # What is left lies between nothing and all of it: to cut it there takes nothing from the bound.
+        left = np.clip(whole - lost, 0, whole)
+        out[:, lit] = points.diffuse[:, lit] * (left / math.pi) * colour(light)
+        bound[lit] = error / whole + relative + 4 * EPS
+    return out, bound

@@ -1,0 +1,66 @@
+"""A bound of what rounding does to the light that a closed surface keeps from points: all of the error there is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..vectors import Floats, column, cross, dot
+from .contour import HORIZON, Pieces
+from .light_frame import LightFrame
+from .overlap import GRID
+
+EPS = 2.0**-52
+
+STEPS = 8
+"""Roundings of a relative 2^-53, at the worst, in each quantity whose rounding `edge_terms` and `rounding` follow:
+coordinates, products of three sums, roots and angles: 16."""
+
+
+def rounding(
+    cut: Pieces, x: Floats, n: Floats, size: Floats, frame: LightFrame, doubt: Floats, lengths: Floats
+) -> Floats:
+    """Bound (n,) of the error of the hidden irradiance of points x with normals n, (3, n), for unit radiance.
+
+    Parameters
+    ----------
+    cut : Pieces
+    size : (n,) float64
+        Magnitude of all coordinates.
+    doubt : (n,) float64
+        Sum over all of Lambert's terms: see `contour.edge_terms`.
+    lengths : (n,) float64
+        Of the lines on the light along which overlaps were integrated.
+
+    Notes
+    -----
+    Ends on the light are off by what the projection makes of rounding, and by the grid that strips are kept to; they
+    then sweep that times the lengths, under the largest integrand. So does the rim where pieces meet it, and what is
+    cut `HORIZON` above the horizon, in a light that reaches down to there.
+    """
+    count = x.shape[1]
+    reach, height, nearest, largest = _light(x, frame)
+    off = GRID + STEPS * EPS * np.sqrt(dot(frame.rows[:2].T, frame.rows[:2].T).max()) * 3 * (reach + size) * (
+        1 + (reach + size) / height
+    )
+    ends = np.bincount(cut.owner, (cut.enters >= 0) * 1.0 + (cut.leaves >= 0), minlength=count)
+    lowest = dot(n[:, None, :], frame.rim[:, :, None] - x[:, None, :]).min(axis=0)
+    tolerance = HORIZON * size
+    over = np.zeros(count)
+    for side, end in ((cut.enters, cut.a), (cut.leaves, cut.b)):
+        k = np.flatnonzero(side == 4)
+        over += np.bincount(cut.owner[k], 1 / np.sqrt(dot(end[:, k], end[:, k])), minlength=count)
+    over = np.where(lowest < tolerance, tolerance * (over + 1 / nearest), 0.0)
+    return STEPS * EPS * doubt + largest * (off * (lengths + ends) + over)
+
+
+def _light(x: Floats, frame: LightFrame) -> tuple[Floats, Floats, Floats, Floats]:
+    """Distance of the farthest corner, of the light's plane, of the nearest point at least; the largest integrand."""
+    ab, ac = column(frame.light.ab), column(frame.light.ac)
+    corners = frame.rim[:, :, None] - x[:, None, :]
+    reach = np.sqrt(dot(corners, corners).max(axis=0))
+    area = float(np.sqrt(dot(cross(ab, ac), cross(ab, ac)))[0])
+    p, q, height = frame.point(x)
+    beside = [np.maximum(np.maximum(-v, v - 1), 0) * area / np.sqrt(dot(w, w)) for v, w in ((p, ac), (q, ab))]
+    height = np.maximum(height, 1e-300)
+    nearest = np.sqrt(height**2 + np.maximum(*beside) ** 2)
+    return reach, height, nearest, area * height / nearest**3
