@@ -119,7 +119,7 @@ class Candidates:
         used = np.zeros(plane.shape[1], dtype=bool)
         used[left] = used[right] = True
         number = np.cumsum(used) - 1
-        start, end, *local = (take(v, k) for v in (self.start, self.end, self.local_start, self.local_end))
+        start, end, from_, to = (take(v, k) for v in (self.start, self.end, self.local_start, self.local_end))
         return Candidates(
-            start, end, local[0], local[1], plane[:, used], take(number, left), take(number, right), self.size
+            start, end, from_, to, plane[:, used], take(number, left), take(number, right), self.size
         )
