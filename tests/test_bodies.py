@@ -40,7 +40,7 @@ def shining(made, kind):
 
 def as_seen(made):
     """Shading points of an image's pixels, and the sources."""
-    _, g, needs = prepare(made)
+    made, g, needs = prepare(made)
     return look(made, g, *pixel_centres(range(made.width), range(made.height))).points, needs.sources
 
 
@@ -67,7 +67,7 @@ def test_no_light_gets_into_a_two_sided_body(body, light):
 @pytest.mark.parametrize("kind", SAMPLED)
 def test_the_case_of_a_light_outside_a_two_sided_sphere(kind):
     made = read_scene(CASES / "inside_two_sided_sphere.test").with_(two_sided=True)
-    estimator, (_, needs) = kind(samples=256, stratified=True), prepare(made)
+    estimator, needs = kind(samples=256, stratified=True), prepare(made).needs
     image = render(made, estimator, seed=2, passes=16 if estimator.is_random(needs) else 1)
     found, free = image.mean[0][image.shaded], render(made, ESTIMATORS[0]()).mean[0][image.shaded]
     assert (free > 0).sum() > 400

@@ -92,13 +92,17 @@ def _curved(bodies: Bodies, parts: Trapezoids) -> list[tuple[CircleArcs, Floats]
                 for end in ((0, 1) if sign > 0 else (1, 0))
             ]
             turn = np.mod(ends[1] - ends[0], 2 * np.pi)
-            far = np.flatnonzero(turn > np.pi)
+            far = np.flatnonzero(turn > 2 * np.pi - NOTHING)
             if far.size:
                 u = parts.u[:, mine[far]].mean(axis=0)
                 v = np.clip(group.interval(pair[far], u, meets=True)[1 - side], 0.0, 1.0)
                 between = np.mod(angle(cone.take(far), bodies.square.at(owner[far], u, v)) - ends[0][far], 2 * np.pi)
-                back = np.abs(between / turn[far] - 0.5) > 0.48
+                back = np.minimum(between, 2 * np.pi - between) < NOTHING / 10
                 turn[far[back]] -= 2 * np.pi
             begin = np.where(turn < 0, ends[1], ends[0])
             out.append((CircleArcs(cone, begin, begin + np.abs(turn)), np.where(turn < 0, 1.0, -1.0)))
     return out
+
+
+NOTHING = 1e-3
+"""What lacks so little of a circle may be so little of it, the other way."""
