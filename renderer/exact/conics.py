@@ -60,9 +60,10 @@ class Conics:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             root = -(b + np.copysign(np.sqrt(np.maximum(b * b - a * c, 0)), b))
             u = np.stack((root / a, c / root))
-        low, high = np.where(c > 0, 0.0, np.inf), np.where(a + 2 * b + c > 0, 1.0, -np.inf)
-        within = np.where((u > 0) & (u < 1), u, np.nan)
-        return within, np.fmin(low, np.fmin(*within)), np.fmax(high, np.fmax(*within))
+        between = a < 0  # it is met between them, else outside
+        low = np.where(between, np.maximum(u.min(axis=0), 0.0), 0.0)
+        high = np.where(between, np.minimum(u.max(axis=0), 1.0), 1.0)
+        return np.where((u > 0) & (u < 1), u, np.nan), low, high
 
     def interval(self, pair: Ints, u: Floats, meets: bool = False) -> tuple[Floats, Floats]:
         """What bodies (m,) hide at u (m,), from v = lo to hi; lo > hi where they hide nothing.

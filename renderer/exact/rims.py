@@ -70,6 +70,7 @@ def _cancelled(parts: Trapezoids) -> tuple[Ints, Floats, Floats]:
     point, u, v, net = point[order], u[order], v[order], np.cumsum(step[order])
     there = (net[:-1] != 0) & (u[1:] == u[:-1]) & (point[1:] == point[:-1]) & (np.diff(v) > 2 * FINE)
     k = np.flatnonzero(there)
+    k = np.repeat(k, np.abs(net[k]))  # slivers of rounding may lie on each other
     ends = np.where(net[k] > 0, [v[k], v[k + 1]], [v[k + 1], v[k]])
     return point[k], u[k], ends
 
