@@ -55,7 +55,7 @@ def rims(bodies: Bodies, parts: Trapezoids, few: bool) -> tuple[Arcs, list[tuple
 
 def _upright(parts: Trapezoids) -> tuple[Ints, Floats, Floats]:
     """Sides of constant u: points (k,), u (k,), and v (2, k) from and to."""
-    one, two = (np.flatnonzero(parts.v[0, end] < parts.v[1, end]) for end in (1, 0))
+    one, two = (np.flatnonzero(parts.v[0, end] != parts.v[1, end]) for end in (1, 0))
     v = np.hstack((parts.v[:, 1, one], parts.v[::-1, 0, two]))
     return np.concatenate((parts.point[one], parts.point[two])), np.concatenate((parts.u[1, one], parts.u[0, two])), v
 

@@ -33,7 +33,7 @@ class Trapezoids:
     u : (2, k) float64
         Where they begin and end.
     v : (2, 2, k) float64
-        First below and above, then at the beginning and at the end.
+        First below and above, then at the beginning and at the end. In a sliver of rounding they may change places.
     curve : (2, k) int64
         What bounds them below and above: BOTTOM, TOP, a line (below ``lines``), or a round body's cone.
     lit : (n,) bool
@@ -262,5 +262,4 @@ def _shaped(bodies: Bodies, point: Ints, u: Floats, curve: Ints, lit: Bools) -> 
             for end in (0, 1):
                 lo, hi = group.interval(pair, u[end, bend], meets=True)
                 v[side, end, bend] = hi if side == 0 else lo
-    v = np.clip(v, 0.0, 1.0)
-    return Trapezoids(point, u, np.stack((np.minimum(v[0], v[1]), np.maximum(v[0], v[1]))), curve, lit)
+    return Trapezoids(point, u, np.clip(v, 0.0, 1.0), curve, lit)
