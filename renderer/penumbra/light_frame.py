@@ -120,6 +120,4 @@ class Candidates:
         used[left] = used[right] = True
         number = np.cumsum(used) - 1
         start, end, from_, to = (take(v, k) for v in (self.start, self.end, self.local_start, self.local_end))
-        return Candidates(
-            start, end, from_, to, plane[:, used], take(number, left), take(number, right), self.size
-        )
+        return Candidates(start, end, from_, to, plane[:, used], take(number, left), take(number, right), self.size)
