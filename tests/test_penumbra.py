@@ -15,7 +15,6 @@ from renderer.image import prepare, render
 from renderer.lights import QuadLight
 from renderer.needs import Source
 from renderer.penumbra import hidden_irradiance
-from renderer.penumbra.light_frame import LightFrame
 from renderer.shading import ShadingPoints
 from renderer.shadows import Blockers
 from renderer.surfaces import Material, Mesh
