@@ -81,10 +81,9 @@ HORIZON = 1e-12
 face that a point lies on do, to rounding."""
 
 
-def pieces(edges: Candidates, x: Floats, n: Floats, local: Floats, frame: LightFrame) -> Pieces:
-    """Of points x with normals n, (3, m), ``local`` in the light's frame."""
-    # Each face is asked once: were two of its edges told apart by rounding, the contour would not close.
-    front = edges.plane.T @ np.vstack((x, -np.ones(x.shape[1]))) > 0
+def pieces(edges: Candidates, height: Floats, x: Floats, n: Floats, local: Floats, frame: LightFrame) -> Pieces:
+    """Of points x with normals n, (3, m), ``local`` in the light's frame, at ``height`` (f, m) over the faces."""
+    front = height > 0  # each face once: were two of its edges to disagree by rounding, the contour would not close
     left = np.take(front, edges.left, axis=0)
     pair = np.flatnonzero(left != np.take(front, edges.right, axis=0))
     edge, owner = np.divmod(pair, x.shape[1])

@@ -18,7 +18,7 @@ from ..vectors import Floats, column, dot
 from .contour import Rim, before_corner, layers, on_left, pieces
 from .light_frame import Candidates, LightFrame
 from .overlap import extra_layers
-from .rounding import rounding
+from .rounding import on_folds, rounding
 
 LEVELS = (2048, 256, 64)
 """Points in the blocks for which candidate edges are sought, each within the one before."""
@@ -177,10 +177,12 @@ def _block(edges: Candidates, points: Points, frame: LightFrame) -> tuple[Floats
     """Hidden irradiance, and a bound of its error."""
     x, n = points.x, points.n
     size = edges.size + np.abs(x).max(axis=0)
-    cut = pieces(edges, x, n, points.local, frame)
+    height = edges.heights(x)
+    cut = pieces(edges, height, x, n, points.local, frame)
     rim = Rim.of(x, n, frame, size)
     at, jump = on_left(cut, rim)
     start = before_corner(cut, at, jump, points.spot, points.within)
     value, doubt = layers(cut, rim, n, start, size)
     extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame)
-    return value - extra, rounding(cut, x, n, size, frame, doubt + more, lengths)
+    error = rounding(cut, x, n, size, frame, doubt + more, lengths)
+    return value - extra, np.where(on_folds(edges, height, x, n, size), np.inf, error)

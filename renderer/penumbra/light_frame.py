@@ -89,6 +89,10 @@ class Candidates:
     def count(self) -> int:
         return self.start.shape[1]
 
+    def heights(self, x: Floats) -> Floats:
+        """Of points x (3, n) over the faces, (f, n)."""
+        return np.asarray(self.plane.T @ np.vstack((x, -np.ones(x.shape[1]))))
+
     def near(self, x: Floats, local: Floats) -> Candidates:
         """Without those that surely do not matter to any of the points x (3, n), ``local`` in the light's frame.
 
@@ -119,5 +123,5 @@ class Candidates:
         used = np.zeros(plane.shape[1], dtype=bool)
         used[left] = used[right] = True
         number = np.cumsum(used) - 1
-        start, end, from_, to = (take(v, k) for v in (self.start, self.end, self.local_start, self.local_end))
-        return Candidates(start, end, from_, to, plane[:, used], take(number, left), take(number, right), self.size)
+        start, end, first, last = (take(v, k) for v in (self.start, self.end, self.local_start, self.local_end))
+        return Candidates(start, end, first, last, plane[:, used], take(number, left), take(number, right), self.size)

@@ -8,7 +8,7 @@ that what is summed along them stays closed whatever rounding does.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -74,17 +74,30 @@ class Order:
         right = total - np.repeat(before, np.diff(np.append(opening, total.size)))
         return cls(index, strip, low, high, step, right)
 
-    def disordered(self) -> Ints:
-        """Those in strips on whose edges they stand in another order."""
-        past = (self.low[1:] < self.low[:-1]) | (self.high[1:] < self.high[:-1])
-        pair = np.flatnonzero(past & (self.strip[1:] == self.strip[:-1]))
-        bad = np.zeros(int(self.strip.max(initial=0)) + 1, dtype=bool)
-        bad[self.strip[pair]] = True
-        return np.flatnonzero(take(bad, self.strip))
+    def groups(self, edge: Floats) -> tuple[Ints, Ints]:
+        """Parts that may change places before the ``edge`` (m,) of their strips, and to where the order matters.
 
-    def taken(self, k: Ints) -> Order:
-        """The parts at positions k."""
-        return Order(*(take(v, k) for v in (self.index, self.strip, self.low, self.high, self.step, self.right)))
+        Groups are as small as nobody passes from one to another. Where even all the steps down of a group together
+        leave a layer, the order in it has no part in (w - 1)+.
+
+        Returns
+        -------
+        k : (g,) int64
+            Positions.
+        group : (g,) int64
+            The first position of each one's group.
+        """
+        along = 2.0 * self.strip + edge
+        slack = 2.0**-50 * (2 + float(along[-1]))
+        to_left = np.maximum.accumulate(along)
+        to_right = np.minimum.accumulate(along[::-1])[::-1]
+        opening = np.flatnonzero(np.append(True, to_left[:-1] < to_right[1:] - slack))
+        size = np.diff(np.append(opening, edge.size))
+        down = np.add.reduceat((self.step < 0).astype(np.int64), opening)
+        wanted = (size > 1) & ((self.right - self.step)[opening] - down < 1)
+        group = np.repeat(np.where(wanted, opening, -1), size)
+        k = np.flatnonzero(group >= 0)
+        return k, group[k]
 
 
 def change(right: Ints, step: Ints) -> Ints:
@@ -93,121 +106,112 @@ def change(right: Ints, step: Ints) -> Ints:
     return found
 
 
-TRIES = (1, 4, 16, None)
-"""Within how many places pairs change in turn, try after try; at last all of a strip's. Hardly one strip in a hundred
-is left after the second."""
+BANDS = (1, 6, 24, 96, 384)
+"""Try after try for groups with crossings out of turn: one part in eight the first time, one in a hundred the third, at
+last those where three pieces meet in one point, to rounding."""
+
+Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Walk:
-    """What m parts pass through from the middle of their strips to both edges: first all downwards, then all upwards.
+class Swaps:
+    """How parts change places between their order at the beginning and that at the end of their ways.
 
     Parameters
     ----------
-    part, weight : (k,) int64
-        Of each stretch along which something ended: which of the 2 m, and what (w - 1)+ was more to its right.
-    share, p : (2, k) float64
-        Where it began and ended: how far towards the edge, and across the light.
-    begin, start : (2 m,) float64
-        Where the last stretch of each begins, alike: 0 for those whose weight never changed.
-    edge : (2 m,) float64
-        Where each reaches the edge.
-    last : (2 m,) int64
-        And with what weight.
-    moved : (m,) bool
-        Whether the weight of a part changes anywhere.
-    late : (m,) bool
-        Whether it is in a strip in which some part changed places at a crossing before its last one: out of turn.
+    part : (k,) int64
+        Of each change of weight, in turn for each part: which.
+    share, p : (k,) float64
+        How far on its way, and where across the light.
+    before : (k,) int64
+        Its weight until there: what (w - 1)+ was more to its right.
+    last : (g,) int64
+        The weights at the end.
+    late : (g,) bool
+        Of a part whose crossing comes before the last one at which it or the other changed places: out of turn.
+        Swaps of different parts may come in any order, so that if none is late all is as it was in turn.
     """
 
     part: Ints
-    weight: Ints
     share: Floats
     p: Floats
-    begin: Floats
-    start: Floats
-    edge: Floats
+    before: Ints
     last: Ints
-    moved: NDArray[np.bool_]
-    late: NDArray[np.bool_]
+    late: Bools
 
 
-def walk(order: Order, far: int | None) -> Walk:
-    """Of whole strips, with the crossings of pairs in turn that are ``far`` places or less apart; None for all.
-
-    Swaps of different parts may come in any order. So if every part has its own in turn, all is as it was in turn.
-    """
-    middle, edge = np.tile((order.low + order.high) / 2, 2), np.concatenate((order.low, order.high))
-    way = edge - middle
-    count = middle.size
-    # By position: which part stands there, its edge, its step, and layers to the right; one more ends the last strip.
-    who = np.arange(count + 1)
-    at_edge, step, right = np.append(edge, np.inf), np.tile(order.step, 2), np.tile(order.right, 2)
-    apart = np.tile(np.append(np.diff(order.strip) != 0, True), 2)
-    # By part: where its present stretch began.
-    begin, start, moved = np.zeros(count), middle.copy(), np.zeros(count, dtype=bool)
+def swaps(begin: Floats, end: Floats, step: Ints, right: Ints, group: Ints) -> Swaps:
+    """Of parts (g,) sorted by group and by where they begin; ``right`` of each are so many layers."""
+    way, count = end - begin, begin.size
+    # By position: which part stands there, its end, its step, and layers to the right; one more ends the last group.
+    who, to, step, right = np.arange(count + 1), np.append(end, np.inf), step.copy(), right.copy()
+    apart = np.append(np.diff(group) != 0, (True, True))
     latest, late = np.zeros(count), np.zeros(count, dtype=bool)
-    strip = np.concatenate((2 * order.strip, 2 * order.strip + 1))
-    soonest = np.full(
-        count + 2 * (far or 1), np.inf
-    )  # of the pair that begins at each position; empty ones on either side
-    pairs = np.flatnonzero(~apart & (at_edge[1:] < at_edge[:-1]))
+    soonest = np.full(count + 2, np.inf)  # of the pair that begins at each position; an empty one on either side
+    pairs = np.flatnonzero(~apart[:-1] & (to[1:] < to[:-1]))
     found: list[tuple[Any, ...]] = []
     while pairs.size:
         first, second = who[pairs], who[pairs + 1]
-        gap = np.maximum(middle[second] - middle[first], 0)
-        when = gap / (gap + (edge[first] - edge[second]))
-        soonest[pairs + (far or 1)] = when
-        chosen = _soonest_of_all(strip[pairs], when) if far is None else _soonest_near(soonest, pairs, far)
-        soonest[pairs + (far or 1)] = np.inf
+        gap = np.maximum(begin[second] - begin[first], 0)
+        when = gap / (gap + (end[first] - end[second]))
+        soonest[pairs + 1] = when
+        chosen = (when < soonest[pairs]) & (when <= soonest[pairs + 2])
+        soonest[pairs + 1] = np.inf
         at, when, first, second = pairs[chosen], when[chosen], first[chosen], second[chosen]
-        late[first[when < np.maximum(latest[first], latest[second])]] = True
+        late[first] |= when < np.maximum(latest[first], latest[second])
         latest[first] = latest[second] = when
-        old = change(right[at], step[at]), change(right[at + 1], step[at + 1])
+        before = change(right[at], step[at]), change(right[at + 1], step[at + 1])
         right[at] += step[at + 1] - step[at]
-        for v in (who, at_edge, step):
+        for v in (who, to, step):
             v[at], v[at + 1] = v[at + 1], v[at]
-        new = change(right[at + 1], step[at + 1]), change(right[at], step[at])
         # Where layers lie over layers the order does not matter.
-        k = np.flatnonzero(old[0] != new[0])
+        k = np.flatnonzero(before[0] != change(right[at + 1], step[at + 1]))
         when, first, second = when[k], first[k], second[k]
         flat = np.where(np.abs(way[first]) <= np.abs(way[second]), first, second)  # they meet where the flatter one is
-        meet = middle[flat] + when * way[flat]
-        for one, weight in ((first, old[0][k]), (second, old[1][k])):
-            found.append((one, weight, begin[one], when, start[one], meet))
-            begin[one], start[one], moved[one] = when, meet, True
+        meet = begin[flat] + when * way[flat]
+        found += [(first, when, meet, before[0][k]), (second, when, meet, before[1][k])]
         pairs = np.concatenate((pairs[~chosen], np.maximum(at - 1, 0), at + 1))
         pairs.sort()
-        pairs = pairs[(np.diff(pairs, prepend=-1) > 0) & (at_edge[pairs + 1 - (pairs == count)] < at_edge[pairs])]
-        pairs = pairs[~apart[pairs]]
+        pairs = pairs[(np.diff(pairs, prepend=-1) > 0) & ~apart[pairs]]
+        pairs = pairs[to[pairs + 1] < to[pairs]]
     last = np.empty(count, dtype=np.int64)
     last[who[:-1]] = change(right, step)
-    none = np.empty(0, dtype=np.int64)
-    joined = [np.concatenate((none, *v)) for v in zip(*found, strict=True)] or [none] * 6
-    part, weight, *ends = joined
-    share, p = np.stack(ends[:2]), np.stack(ends[2:])
-    half = count // 2
-    strips = np.zeros(int(order.strip.max()) + 1, dtype=bool)
-    strips[order.strip[late[:half] | late[half:]]] = True
-    moved = moved[:half] | moved[half:]
-    return Walk(part.astype(np.int64), weight, share, p, begin, start, edge, last, moved, strips[order.strip])
+    none = np.empty(0)
+    found.append((none.astype(np.int64), none, none, none.astype(np.int64)))
+    part, when, meet, weight = (np.concatenate(v) for v in zip(*found, strict=True))
+    sort = np.argsort(part, kind="stable")
+    return Swaps(part[sort], when[sort], meet[sort], weight[sort], last, late)
 
 
-def _soonest_near(when: Floats, pairs: Ints, far: int) -> NDArray[np.bool_]:
-    """Which ``pairs`` change before all within ``far`` places, the first of equals; ``when`` begins ``far`` early."""
-    own = when[pairs + far]
-    chosen: NDArray[np.bool_] = own < when[pairs + far - 1]
-    for away in range(-far, far + 1):
-        if away not in (0, -1):
-            chosen &= own <= when[pairs + far + away]
-    return chosen
-
-
-def _soonest_of_all(strip: Ints, when: Floats) -> NDArray[np.bool_]:
-    """The first of the soonest pairs of each strip, which stand together."""
-    opening = np.flatnonzero(np.diff(strip, prepend=-1))
-    which = np.repeat(np.arange(opening.size), np.diff(np.append(opening, strip.size)))
-    ties = np.flatnonzero(when == np.minimum.reduceat(when, opening)[which])
-    chosen = np.zeros(strip.size, dtype=bool)
-    chosen[ties[np.diff(which[ties], prepend=-1) > 0]] = True
-    return chosen
+def swaps_in_bands(begin: Floats, end: Floats, step: Ints, right: Ints, group: Ints, bands: int) -> Swaps:
+    """The same, with the ways cut into ``bands``, at whose beginnings parts are sorted anew; late are whole groups."""
+    count = begin.size
+    opening = np.flatnonzero(np.diff(group, prepend=-1))
+    number = np.repeat(np.arange(opening.size), np.diff(np.append(opening, count)))
+    out_of_turn = np.zeros(opening.size, dtype=bool)
+    if bands == 1:
+        found = swaps(begin, end, step, right, group)
+        out_of_turn[number[found.late]] = True
+        return replace(found, late=out_of_turn[number])
+    p = begin + np.arange(bands + 1)[:, None] / bands * (end - begin)
+    p[-1] = end
+    band, part = np.divmod(np.arange(bands * count), count)
+    sort = np.lexsort((p[:-1].ravel(), number[part], band))
+    band, part = band[sort], part[sort]
+    steps = step[part]
+    total = np.cumsum(steps).reshape(bands, count)
+    ahead = (total - steps.reshape(bands, count))[:, opening] - (right - step)[opening]
+    layers = (total - ahead[:, number]).ravel()
+    found = swaps(p[band, part], p[band + 1, part], steps, layers, band * opening.size + number[part])
+    first, last = np.empty((2, bands, count), dtype=np.int64)
+    first[band, part], last[band, part] = change(layers, steps), found.last
+    # Of two in one place either may be the first, here or there: one that ends a band and begins the next otherwise.
+    other, whose = np.nonzero(last[:-1] != first[1:])
+    which = np.concatenate((part[found.part], whose))
+    at = np.concatenate((band[found.part] + found.share, other + 1.0))
+    in_band = np.concatenate((band[found.part], other))
+    where = np.concatenate((found.p, p[other + 1, whose]))
+    before = np.concatenate((found.before, last[other, whose]))
+    sort = np.lexsort((in_band, which))  # stable: in a band in turn, and at its end last
+    out_of_turn[number[part[found.late]]] = True
+    return Swaps(which[sort], at[sort] / bands, where[sort], before[sort], last[-1], out_of_turn[number])

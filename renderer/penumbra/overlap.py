@@ -18,7 +18,7 @@ from ..pairs import expand, take
 from ..vectors import Floats, column, dot
 from .contour import Pieces, Rim, above_horizon, edge_terms
 from .light_frame import LightFrame
-from .order import TRIES, Order, Parts, Walk, change, walk
+from .order import BANDS, Order, Parts, change, swaps_in_bands
 
 GRID = 2.0**-40
 """The ends of strips are kept to this share of the light: receiver i lives in [2 i, 2 i + 1] of one sorted list."""
@@ -59,8 +59,8 @@ class Lines:
         term, doubt = edge_terms(first, dp * ab + dq * ac, take(n, self.who))
         size = np.abs(self.weight)
         every = (self.weight * term, size * doubt, size * (np.abs(dp) + np.abs(dq)))
-        one, two, three = (np.bincount(self.who, v, minlength=count).astype(np.float64) for v in every)
-        return one, two, three
+        value, doubts, lengths = (np.bincount(self.who, v, minlength=count).astype(np.float64) for v in every)
+        return value, doubts, lengths
 
 
 @dataclass(frozen=True)
@@ -158,36 +158,42 @@ def extra_layers(
 
 def _crossings(order: Order, strips: Strips, weights: Ints) -> list[Lines]:
     """Along parts that change places; their weights are no more those of the whole, but may differ on either edge."""
-    lines = []
-    k = order.disordered()
-    for far in TRIES:
-        if k.size == 0:
+    count = order.index.size
+    if count == 0:
+        return []
+    middle, edges = (order.low + order.high) / 2, np.stack((order.low, order.high))
+    last, moved = np.tile(change(order.right, order.step), (2, 1)), np.zeros(count, dtype=bool)
+    (below, first), (above, second) = (order.groups(edge) for edge in edges)
+    at, group = np.concatenate((below, above + count)), np.concatenate((first, second + count))
+    found = []
+    for bands in BANDS:
+        if at.size == 0:
             break
-        order = order.taken(k)
-        way = walk(order, far)
-        done = ~way.late | (far is None)
-        sure, moved = np.flatnonzero(done), way.moved & done
-        weights[1, order.index[sure]], weights[2, order.index[sure]] = way.last.reshape(2, -1)[:, sure]
-        weights[0, order.index[moved]] = 0
-        lines.append(_stretches(order, way, moved, strips))
-        k = np.flatnonzero(~done)
-    return lines
-
-
-def _stretches(order: Order, way: Walk, moved: NDArray[np.bool_], strips: Strips) -> Lines:
-    """Along the parts ``moved`` (m,), from the middle of their strips to both edges."""
-    whole = np.tile(moved, 2)
-    some, rest = np.flatnonzero(whole[way.part]), np.flatnonzero(whole)
-    part = np.concatenate((way.part[some], rest))
-    weight = np.concatenate((way.weight[some], way.last[rest]))
-    p = np.hstack((way.p[:, some], (way.start[rest], way.edge[rest])))
-    share = np.hstack((way.share[:, some], (way.begin[rest], np.ones(rest.size))))
-    up = part >= moved.size
-    line = order.strip[part - moved.size * up]
+        end, k = np.divmod(at, count)
+        some = swaps_in_bands(middle[k], edges[end, k], order.step[k], order.right[k], group, bands)
+        done = ~some.late | (bands == BANDS[-1])
+        last[end[done], k[done]] = some.last[done]
+        kept = np.flatnonzero(done[some.part])
+        moved[k[some.part[kept]]] = True
+        found.append((at[some.part[kept]], some.share[kept], some.p[kept], some.before[kept]))
+        at, group = at[~done], group[~done]
+    weights[1:, order.index] = last
+    whole = np.flatnonzero(moved)
+    weights[0, order.index[whole]] = 0
+    rest = np.concatenate((whole, whole + count))
+    found.append((rest, np.ones(rest.size), edges.ravel()[rest], last.ravel()[rest]))
+    at, share, p, weight = (np.concatenate(v) for v in zip(*found, strict=True))
+    sort = np.argsort(at, kind="stable")  # of each part to each edge, in turn
+    at, share, p, weight = at[sort], share[sort], p[sort], weight[sort]
+    fresh = np.diff(at, prepend=-1) != 0
+    end, k = np.divmod(at, count)
+    line = order.strip[k]
     low, high = strips.low[line], strips.high[line]
-    middle, end = (low + high) / 2, np.where(up, high, low)
-    q = np.where(share == 1, end, middle + share * (end - middle))
-    return Lines(strips.who[line], p, q, np.where(up, weight, -weight))
+    centre, edge = (low + high) / 2, np.where(end == 1, high, low)
+    q = np.where(share == 1, edge, centre + share * (edge - centre))
+    p = np.stack((np.where(fresh, middle[k], np.roll(p, 1)), p))
+    q = np.stack((np.where(fresh, centre, np.roll(q, 1)), q))
+    return [Lines(strips.who[line], p, q, np.where(end == 1, weight, -weight))]
 
 
 def _parts(cut: Pieces, piece: Ints, line: Ints, strips: Strips, sides: Floats) -> Parts:

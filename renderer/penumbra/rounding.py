@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..pairs import expand, take
 from ..vectors import Floats, column, cross, dot
 from .contour import HORIZON, Pieces
-from .light_frame import LightFrame
+from .light_frame import Candidates, LightFrame
 from .overlap import GRID
+
+Bools = NDArray[np.bool_]
 
 EPS = 2.0**-52
 
 STEPS = 8
 """Roundings of a relative 2^-53, at the worst, in each quantity whose rounding `edge_terms` and `rounding` follow:
 coordinates, products of three sums, roots and angles: 16."""
+
+
+FLAT = 1e-8
+"""Angle between faces that are one for this: what either hides of the other is below the horizon's tolerance."""
 
 
 def rounding(
@@ -51,6 +59,36 @@ def rounding(
         over += np.bincount(cut.owner[k], 1 / np.sqrt(dot(end[:, k], end[:, k])), minlength=count)
     over = np.where(lowest < tolerance, tolerance * (over + 1 / nearest), 0.0)
     return STEPS * EPS * doubt + largest * (off * (lengths + ends) + over)
+
+
+def on_folds(edges: Candidates, height: Floats, x: Floats, n: Floats, size: Floats) -> Bools:
+    """Which points x with normals n, (3, m), lie on an edge to rounding, on the planes of two faces at an angle.
+
+    Rounding decides whether such a point is before the other face or behind it, and that is all that the face hides.
+    ``height`` (f, m) is theirs over the faces, ``size`` (m,) the magnitude of all coordinates.
+    """
+    found = np.zeros(x.shape[1], dtype=bool)
+    tolerance = 2 * STEPS * EPS * size
+    face, who = np.divmod(np.flatnonzero(np.abs(height) <= tolerance), x.shape[1])
+    across = cross(take(edges.plane[:3], face), take(n, who))
+    angle = np.sqrt(dot(across, across))
+    k = np.flatnonzero(angle > FLAT)
+    face, who, angle = face[k], who[k], angle[k]
+    if k.size == 0:
+        return found
+    # The edges of each such face, by face.
+    beside = np.concatenate((edges.left, edges.right))
+    sort = np.argsort(beside, kind="stable")
+    first = np.searchsorted(beside[sort], face)
+    which, nth = expand(np.searchsorted(beside[sort], face, side="right") - first)
+    edge = sort[first[which] + nth] % edges.count
+    a = take(edges.start, edge) - take(x, who[which])
+    way = take(edges.end, edge) - take(edges.start, edge)
+    share = np.clip(-dot(a, way) / np.maximum(dot(way, way), 1e-300), 0, 1)
+    gap = a + share * way
+    near = dot(gap, gap) * angle[which] ** 2 <= (2 * tolerance[who[which]]) ** 2
+    found[who[which[near]]] = True
+    return found
 
 
 def _light(x: Floats, frame: LightFrame) -> tuple[Floats, Floats, Floats, Floats]:

@@ -48,8 +48,8 @@ def mesh_radiance(points: ShadingPoints, source: Source) -> tuple[Floats, Floats
     -------
     radiance : (3, n) float64
     bound : (n,) float64
-        Of its absolute error, in units of what it would be without the mesh: rounding, all of it. Where 53 bits do not
-        tell the unoccluded light from none, it may be above 1.
+        Of its absolute error, in units of what it would be without the mesh: rounding, all of it. 1 where rounding
+        decides on which side of a face the point is.
     """
     light = source.light
     if not isinstance(light, QuadLight):
@@ -67,5 +67,5 @@ def mesh_radiance(points: ShadingPoints, source: Source) -> tuple[Floats, Floats
         # What is left lies between nothing and all of it: to cut it there takes nothing from the bound.
         left = np.clip(whole - lost, 0, whole)
         out[:, lit] = points.diffuse[:, lit] * (left / math.pi) * colour(light)
-        bound[lit] = error / whole + relative + 4 * EPS
+        bound[lit] = np.minimum(error / whole, 1) + relative + 4 * EPS
     return out, bound
