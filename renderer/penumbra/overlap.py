@@ -158,6 +158,7 @@ def extra_layers(
 
 def _crossings(order: Order, strips: Strips, weights: Ints) -> list[Lines]:
     """Along parts that change places; their weights are no more those of the whole, but may differ on either edge."""
+    order = order.disordered()
     count = order.index.size
     if count == 0:
         return []
