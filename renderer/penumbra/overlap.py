@@ -1,7 +1,7 @@
 """What several layers count more than once: int f (w - 1) where w > 1, exactly, from the order of the pieces.
 
-Strips of the light lie between consecutive ends of pieces, so that no piece begins or ends inside one, and are split
-where pieces cross (see `order`). In each, the number of layers w is then known between any two neighbours, and where
+Strips of the light lie between consecutive ends of pieces, so that no piece begins or ends inside one; pieces that cross
+there change places (see `order`). So the number of layers w is known between any two neighbours, and where
 (w - 1)+ steps along a piece, so does the integral: by Lambert's term of that part of the piece. Together with the rim
 those parts bound the levels of (w - 1)+; the edges between strips cancel, but for those where pieces lie along them.
 """
@@ -158,6 +158,7 @@ def extra_layers(
 
 def _crossings(order: Order, strips: Strips, weights: Ints) -> list[Lines]:
     """Along parts that change places; their weights are no more those of the whole, but may differ on either edge."""
+    order = order.disordered()
     count = order.index.size
     if count == 0:
         return []
