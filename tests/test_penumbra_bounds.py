@@ -10,7 +10,7 @@ from test_penumbra import plate, rectangle, shadow_on_lamp, source_of
 from experiments.meshes import displaced_sphere, many_small
 from renderer.closed_forms.irradiance import irradiance
 from renderer.lights import QuadLight
-from renderer.penumbra import mesh_radiance_bounded
+from renderer.penumbra import mesh_radiance
 from renderer.penumbra import overlap as overlap_module
 from renderer.penumbra.order import change, swaps_in_bands
 from renderer.penumbra.overlap import Lines
@@ -40,7 +40,7 @@ def white(x, n) -> ShadingPoints:
 
 def value(light: QuadLight, vertices, triangles, x, n):
     """Irradiance (m,), its bound, and that without blockers."""
-    radiance, bound = mesh_radiance_bounded(white(x, n), source_of(light, Mesh(vertices, triangles)))
+    radiance, bound = mesh_radiance(white(x, n), source_of(light, Mesh(vertices, triangles)))
     whole = irradiance(x, n, light.corner, light.ab, light.ac)[0]
     return radiance[0], bound * whole, whole
 
