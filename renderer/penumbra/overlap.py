@@ -1,8 +1,8 @@
 """What several layers count more than once: int f (w - 1) where w > 1, exactly, from the order of the pieces.
 
 Strips of the light lie between consecutive ends of pieces, so that no piece begins or ends inside one; pieces that
-cross there change places (see `order`). So the number of layers w is known between any two neighbours, and where (w -
-1)+ steps along a piece, so does the integral: by Lambert's term of that part of the piece. Together with the rim
+cross there change places (see `order`). So the number of layers w is known between any two neighbours, and where
+(w - 1)+ steps along a piece, so does the integral: by Lambert's term of that part of the piece. Together with the rim
 those parts bound the levels of (w - 1)+; the edges between strips cancel, but for those where pieces lie along them.
 """
 
