@@ -94,11 +94,14 @@ class SturdyPool(Executor):
         self, outer: Future[Any], broken: ProcessPoolExecutor, start: Callable[[ProcessPoolExecutor], Future[Any]]
     ) -> None:
         with self._lock:
-            if self._pool is broken and not self._ended:
+            ended = self._ended  # a pool that is being ended may look broken; nothing is started anew then
+            if self._pool is broken and not ended:
                 self._deaths += 1
                 self._pool = self._start()
             hopeless = self._deaths >= LIVES
-        if not hopeless:
+        if ended:
+            _cancel(outer)
+        elif not hopeless:
             self._try(outer, start)
         elif outer.set_running_or_notify_cancel():
             told = f"worker processes died {LIVES} times in a row: out of memory, or killed from outside"
