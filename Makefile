@@ -9,7 +9,7 @@ STAMP   = $(VENV)/.installed
 
 setup: $(STAMP)
 
-$(STAMP): requirements.lock pyproject.toml
+$(STAMP): requirements.lock pyproject.toml setup.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
 	  || { echo "nusselt needs Python 3.11 or newer; name one with: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 2; }
 	@rm -rf $(VENV)
@@ -18,6 +18,8 @@ $(STAMP): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@$(BIN)/python -c pass  # the first start finishes the installation of karellen-llvm-core
+	@rm -rf $(VENV)/links && mkdir -p $(VENV)/links/nusselt
+	@cd $(VENV)/links/nusselt && ln -s $(CURDIR)/experiments/nusselt/* $(CURDIR)/renderer $(CURDIR)/mitsuba_bridge $(CURDIR)/experiments .
 	@touch $(STAMP)
 
 check: setup

@@ -1,7 +1,7 @@
 """What the commands do, as calls, for a notebook: each result shows itself.
 
-``check("cornell", samples=16)`` is ``nusselt check cornell --samples 16``; `experiments.report.write_report` is
-``nusselt report``, `experiments.compare.compare` is ``nusselt compare``, `renderer.image.render` is
+``check("cornell", samples=16)`` is ``nusselt check cornell --samples 16``; `nusselt.experiments.results.report.write_report` is
+``nusselt report``, `nusselt.experiments.results.compare.compare` is ``nusselt compare``, `nusselt.renderer.image.render` is
 ``nusselt render``.
 """
 
@@ -12,20 +12,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from renderer.scene import Scene
+from nusselt.renderer.scene import Scene
 
-from .catalogue import load
-from .check import Answer, Question, References
-from .check import check as check_one
-from .compare import Comparison, compare
-from .exports import write_exports
+from .check.check import Answer, Question, References
+from .check.check import check as check_one
 from .files import folder_name
 from .inference import Level
-from .notebook import results_html
-from .pictures import write_pictures
-from .report import write_report
-from .results import document, write_json
-from .workers import worker_pool
+from .results.compare import Comparison, compare
+from .results.document import document, write_json
+from .results.exports import write_exports
+from .results.notebook import results_html
+from .results.pictures import write_pictures
+from .results.report import write_report
+from .runs.workers import worker_pool
+from .scenes.catalogue import load
 
 __all__ = ["Comparison", "Results", "check", "compare", "write_report"]
 
@@ -64,7 +64,7 @@ def check(*scenes: str | Path | Scene, alpha: float = 1e-3, **question: Any) -> 
     alpha : float
         False-alarm rate of all of them together.
     **question
-        Fields of `experiments.check.Question`, such as ``samples``, ``margin`` and ``seed``.
+        Fields of `nusselt.experiments.check.check.Question`, such as ``samples``, ``margin`` and ``seed``.
 
     Raises
     ------
@@ -84,6 +84,6 @@ def check(*scenes: str | Path | Scene, alpha: float = 1e-3, **question: Any) -> 
 
 
 def _command(name: str, options: dict[str, Any]) -> str:
-    from .again import shell_command
+    from .cli.rerun import shell_command
 
     return shell_command(name, options)

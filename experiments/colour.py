@@ -7,8 +7,8 @@ import math
 import numpy as np
 from scipy import stats
 
-from mitsuba_bridge.reference import Reference
-from renderer.image import Image
+from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.image import Image
 
 from .inference import Bools, freedom_of
 

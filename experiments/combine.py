@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mitsuba_bridge.reference import Reference
-from renderer.image import Image
-from renderer.vectors import Floats
+from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.image import Image
+from nusselt.renderer.vectors import Floats
 
 
 def _moments(counts: Sequence[int], means: Sequence[Floats], variances: Sequence[Floats]) -> tuple[Floats, Floats]:

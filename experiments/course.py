@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from mitsuba_bridge.reference import Reference
-from renderer.image import Image
+from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.image import Image
 
 SURE = 1e-4
 """How often a right image's score falls outside the expected interval."""

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from renderer.errors import InputError
-from renderer.vectors import Floats
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.vectors import Floats
 
 
 @contextmanager

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats
 
 Bools = NDArray[np.bool_]
 

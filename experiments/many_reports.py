@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats
 
 from .earned import FEWEST, PASSES, SURE
 from .inference import TILES, Bools, Level, tile_numbers

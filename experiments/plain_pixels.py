@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from mitsuba_bridge.reference import Reference
-from renderer.image import Image
-from renderer.vectors import Floats
+from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.image import Image
+from nusselt.renderer.vectors import Floats
 
 from .inference import Bools
 

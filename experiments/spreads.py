@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats
 
 from .inference import resting_on
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mitsuba_bridge.reference import Reference
-from renderer.image import Image
-from renderer.vectors import Floats
+from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.image import Image
+from nusselt.renderer.vectors import Floats
 
 from .colour import colour_failures
 from .course import CourseScore, course_score

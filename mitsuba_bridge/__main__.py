@@ -1,4 +1,4 @@
-"""`python -m mitsuba_bridge render SCENE.xml -o IMAGE`: Mitsuba, with the Phong surface registered first."""
+"""`python -m nusselt.mitsuba_bridge render SCENE.xml -o IMAGE`: Mitsuba, with the Phong surface registered first."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from .child import ReferenceUnavailable
 from .llvm import backend
+from .process import ReferenceUnavailable
 from .reference import ask
 
 
 def main() -> int:
     """Render an exported scene with Mitsuba's own film; status 4 if Mitsuba cannot."""
-    parser = argparse.ArgumentParser(prog="python -m mitsuba_bridge", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m nusselt.mitsuba_bridge", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
     render = commands.add_parser("render", help="render an exported scene")
     render.add_argument("scene", type=Path)

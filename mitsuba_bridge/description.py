@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from renderer.camera import view_frame
-from renderer.errors import InputError
-from renderer.geometry import build_geometry
-from renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
-from renderer.scene import Scene
-from renderer.surfaces import Ellipsoid, Material
-from renderer.vectors import Floats, frame
+from nusselt.renderer.camera.rays import view_frame
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.geometry.arrays import build_geometry
+from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.surfaces import Ellipsoid, Material
+from nusselt.renderer.vectors import Floats, frame
 
 from .limits import close_blockers
 from .ply import write_ply

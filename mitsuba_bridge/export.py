@@ -7,8 +7,8 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from renderer.errors import InputError
-from renderer.scene import Scene
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.scene import Scene
 
 from .description import describe
 from .xml import to_xml
@@ -47,7 +47,7 @@ def export_scene(scene: Scene, target: Path) -> list[str]:
     if description.is_glossy:
         notes.append(
             "the scene has glossy surfaces, which the stock mitsuba executable does not know: "
-            f"render it with `python -m mitsuba_bridge render {target.name} -o IMAGE.exr`"
+            f"render it with `python -m nusselt.mitsuba_bridge render {target.name} -o IMAGE.exr`"
         )
     if any(max(shape["emission"]) > 0 for shape in description.shapes):
         notes.append("emission of ordinary surfaces is not in the file: it is seen, but lights nothing")

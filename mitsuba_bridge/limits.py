@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.geometry import Geometry, build_geometry
-from renderer.lights import PointLight, QuadLight
-from renderer.scene import Scene
-from renderer.vectors import Floats, column, cross, dot
+from nusselt.renderer.geometry.arrays import Geometry, build_geometry
+from nusselt.renderer.lights import PointLight, QuadLight
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats, column, cross, dot
 
 CLOSE = 1e-3
 """Blockers closer to a light than this share of the shadow ray's length are ignored by Mitsuba 3.9."""

@@ -18,7 +18,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from .child import ReferenceUnavailable, run_child
+from .process import ReferenceUnavailable, run_child
 
 OLDEST = 16
 PROOF_SECONDS = 120.0
@@ -92,7 +92,9 @@ def prove(variant: str, llvm: Path | None, timeout: float = PROOF_SECONDS) -> di
     with tempfile.TemporaryDirectory(prefix="nusselt-") as folder:
         job = Path(folder) / "job.json"
         job.write_text(json.dumps({"task": "proof", "variant": variant}), encoding="utf-8")
-        return run_child(["-m", "mitsuba_bridge.worker", str(job), str(Path(folder) / "out.npz")], llvm, timeout)
+        return run_child(
+            ["-m", "nusselt.mitsuba_bridge.child.worker", str(job), str(Path(folder) / "out.npz")], llvm, timeout
+        )
 
 
 def find_backend(candidates: list[tuple[str, Path]] | None = None) -> Backend:

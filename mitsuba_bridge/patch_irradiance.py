@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats
 
-from .child import ReferenceUnavailable
 from .llvm import backend
+from .process import ReferenceUnavailable
 from .reference import ask
 
 SAMPLES = 1 << 14

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats
 
 
 def write_ply(path: Path, vertices: Floats, triangles: NDArray[np.integer[Any]], normals: Floats | None = None) -> None:

@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from renderer.scene import Scene
-from renderer.vectors import Floats
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats
 
-from .child import ReferenceUnavailable
 from .description import describe
 from .llvm import Backend, backend
+from .process import ReferenceUnavailable
 from .reference import ask
 
 

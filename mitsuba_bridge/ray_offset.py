@@ -11,9 +11,9 @@ import tempfile
 from functools import lru_cache
 from pathlib import Path
 
-from renderer.errors import InputError
-from renderer.ray_offset import RayOffset
-from renderer.scene import Scene
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.visibility.ray_offset import RayOffset
 
 from .description import SIZE, extent
 from .llvm import Backend, backend

@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from renderer.scene import Scene
-from renderer.vectors import Floats
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats
 
-from .child import ReferenceUnavailable, run_child
 from .description import describe
 from .llvm import Backend, backend
+from .process import ReferenceUnavailable, run_child
 
 PASSES = 32
 """Fewest passes of a light with noise: below, a t quantile at a report's level costs too much."""
@@ -90,7 +90,7 @@ def ask(
     """
     job_file, out_file = folder / "job.json", folder / "out.npz"
     job_file.write_text(json.dumps({**job, "variant": running.variant}), encoding="utf-8")
-    arguments = ["-m", "mitsuba_bridge.worker", str(job_file), str(out_file)]
+    arguments = ["-m", "nusselt.mitsuba_bridge.child.worker", str(job_file), str(out_file)]
     told = run_child(arguments, running.llvm, timeout, progress)
     try:
         with np.load(out_file, allow_pickle=False) as archive:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats
 
 RINGS = 192
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from renderer.edges import Tolerance
-from renderer.scene import Scene
+from nusselt.renderer.ambiguous_pixels import Tolerance
+from nusselt.renderer.scene import Scene
 
 from .description import SIZE, extent
 

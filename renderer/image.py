@@ -18,16 +18,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera import pixel_centres
-from .edges import Tolerance, near_edges
+from .ambiguous_pixels import Tolerance, near_edges
+from .camera.rays import pixel_centres
+from .camera.view import View, look
 from .estimators.protocol import Bounded, Estimator
-from .geometry import Geometry, build_geometry
+from .geometry.arrays import Geometry, build_geometry
+from .geometry.recentre import near_origin
 from .needs import LeftOut, Needs, Source, find_needs
-from .ray_offset import RayOffset
-from .recentre import near_origin
 from .scene import Scene
 from .vectors import Floats
-from .view import View, look
+from .visibility.ray_offset import RayOffset
 
 PAIRS = 1 << 17
 """Pixels x camera rays x light samples handled at once in a tile."""

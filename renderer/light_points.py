@@ -12,10 +12,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .geometry.watertight import largest, one_norm
 from .lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
-from .shadows import PLANE_ULPS
 from .vectors import Floats, column, cross, dot, frame
-from .watertight import largest, one_norm
+from .visibility.segments import PLANE_ULPS
 
 
 def unit_square(rng: np.random.Generator, n: int, samples: int, stratified: bool) -> tuple[Floats, Floats]:

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from .checked import Vec3, colour, cross, direction, finite, parallel, unit, vector
 from .errors import InputError
+from .validation import Vec3, colour, cross, direction, finite, parallel, unit, vector
 
 
 @dataclass(frozen=True)

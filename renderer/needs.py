@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .geometry import Geometry
+from .geometry.arrays import Geometry
 from .light_points import colour, hull
 from .lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
 from .scene import Scene
-from .shadows import Blockers, plane_bound
 from .vectors import Floats, column, cross, dot
+from .visibility.segments import Blockers, plane_bound
 
 PAIRS = 1 << 22
 """Receiver-blocker pairs beyond which the pairwise search is not worth its time."""

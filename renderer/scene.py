@@ -11,10 +11,10 @@ import math
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
-from .checked import Vec3, finite, parallel, vector
 from .errors import InputError
 from .lights import Light, QuadLight
 from .surfaces import Ellipsoid, Material, Mesh
+from .validation import Vec3, finite, parallel, vector
 
 MAX_SIDE = 65_536
 

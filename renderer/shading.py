@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from .geometry import Geometry, Ints
-from .primary import Hits
+from .camera.first_hits import Hits
+from .geometry.arrays import Geometry, Ints
 from .vectors import Floats, dot
 
 FACING_ULPS = 16 * 2.0**-53

@@ -10,8 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .checked import Vec3, colour, finite, vector
 from .errors import InputError
+from .validation import Vec3, colour, finite, vector
 
 Floats: TypeAlias = NDArray[np.floating[Any]]
 

@@ -13,7 +13,7 @@ import numpy as np
 from .closed_forms.irradiance import irradiance
 from .closed_forms.phong_lobe import phong_lobe
 from .closed_forms.sun import sun_irradiance
-from .geometry import Ints
+from .geometry.arrays import Ints
 from .light_points import colour, faced_by, sun_directions
 from .lights import QuadLight, SunLight
 from .shading import ShadingPoints, reflect

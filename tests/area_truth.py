@@ -2,7 +2,7 @@
 
 `python tests/area_truth.py` renders every pixel as a jittered grid of SIDE x SIDE rays, each shaded, in two
 halves; half their RMS difference, over the pixels that no light's body is seen in, is the stated error of their
-mean. It shares nothing with `renderer.coverage`
+mean. It shares nothing with `nusselt.renderer.pixels`
 but the estimator. Kept in area_truth.npz.
 """
 
@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 from builders import GREY, box, floor, lamp, quad, scene, sphere_mesh
 
-from experiments import catalogue
-from experiments.views import views
-from renderer.estimators import Analytic
-from renderer.image import prepare
-from renderer.scene import Camera, Scene
-from renderer.surfaces import Ellipsoid, Material, Mesh
-from renderer.view import look
+from nusselt.experiments.scenes import catalogue
+from nusselt.experiments.scenes.cameras import views
+from nusselt.renderer.camera.view import look
+from nusselt.renderer.estimators import Analytic
+from nusselt.renderer.image import prepare
+from nusselt.renderer.scene import Camera, Scene
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 
 KEPT = Path(__file__).with_name("area_truth.npz")
 SIDE = 24

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from renderer.geometry import Geometry, build_geometry
-from renderer.lights import Light, QuadLight
-from renderer.scene import Camera, Scene
-from renderer.surfaces import Ellipsoid, Material, Mesh
+from nusselt.renderer.geometry.arrays import Geometry, build_geometry
+from nusselt.renderer.lights import Light, QuadLight
+from nusselt.renderer.scene import Camera, Scene
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 
 CAMERA = Camera((0.0, 3.0, 6.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 40.0)
 GREY = Material((0.5, 0.5, 0.5))

@@ -24,9 +24,9 @@ from typing import Any
 
 import numpy as np
 
-from renderer.errors import InputError
-from renderer.scene_text import read_scene
-from renderer.scene_text.commands import COMMANDS, REFUSED
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.scene_text import read_scene
+from nusselt.renderer.scene_text.commands import COMMANDS, REFUSED
 
 SCENES = [path.read_bytes() for path in sorted((Path(__file__).parents[1] / "experiments" / "scenes").glob("*.test"))]
 WORDS = (

@@ -27,7 +27,7 @@ APART = ("seconds", "command")
 
 def command(out: Path) -> list[str]:
     """The sweep."""
-    return [sys.executable, "-m", "experiments", "run", *SWEEP, "--quick", "--out", str(out)]
+    return [sys.executable, "-m", "nusselt", "run", *SWEEP, "--quick", "--out", str(out)]
 
 
 def rows(out: Path) -> list[dict[str, Any]]:

@@ -19,12 +19,12 @@ from pathlib import Path
 import numpy as np
 from builders import box, floor, lamp, scene
 
-from experiments.bring.truth import as_reference
-from experiments.check import Progress, Question, References, check
-from mitsuba_bridge.reference import Reference
-from renderer.estimators import ControlVariate
-from renderer.image import render
-from renderer.scene import Camera, Scene
+from nusselt.experiments.check.check import Progress, Question, References, check
+from nusselt.experiments.external.ground_truth import as_reference
+from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.estimators import ControlVariate
+from nusselt.renderer.image import render
+from nusselt.renderer.scene import Camera, Scene
 
 
 class OneReference(References):
@@ -71,7 +71,7 @@ def small_checks(count: int, marks: int = 10) -> list[tuple[int, int, int]]:
 
 def at_once(count: int) -> tuple[list[int], float]:
     """Exit statuses of so many commands started together, and the seconds all of them took."""
-    words = [sys.executable, "-m", "experiments", "check", "quad-stratified", "--json", "-"]
+    words = [sys.executable, "-m", "nusselt", "check", "quad-stratified", "--json", "-"]
     started = time.monotonic()
     running = [
         subprocess.Popen([*words, "--seed", str(seed)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

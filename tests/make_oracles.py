@@ -206,7 +206,7 @@ def write(path: Path, cases: list[Case]) -> None:
 
 
 def main() -> None:
-    folder = Path(__file__).parent.parent / "experiments" / "oracles"
+    folder = Path(__file__).parent.parent / "experiments" / "studies" / "stability" / "oracles"
     folder.mkdir(exist_ok=True)
     with mp.workdps(40):
         for name, cases, conditions in (

@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 from mpmath import mp, mpf
 
-from experiments import catalogue
-from renderer.geometry import build_geometry
+from nusselt.experiments.scenes import catalogue
+from nusselt.renderer.geometry.arrays import build_geometry
 
 mp.dps = 40
 TARGET = Path(__file__).with_name("visibility_oracles.npz")

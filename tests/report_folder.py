@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from experiments.files import write_image
-from experiments.pictures import write_difference
-from experiments.results import document, write_json
+from nusselt.experiments.files import write_image
+from nusselt.experiments.results.document import document, write_json
+from nusselt.experiments.results.pictures import write_difference
 
 HOSTILE = (
     "<script>window.hacked=1</script>",

@@ -9,12 +9,12 @@ import pytest
 from builders import GREY, box, floor, lamp, scene
 from scipy import stats
 
-from renderer.errors import InputError
-from renderer.estimators import ESTIMATORS, Area, estimator_named
-from renderer.image import render
-from renderer.lights import DirectionalLight, PointLight, SunLight
-from renderer.scene import Camera
-from renderer.surfaces import Ellipsoid, Material
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import ESTIMATORS, Area, estimator_named
+from nusselt.renderer.image import render
+from nusselt.renderer.lights import DirectionalLight, PointLight, SunLight
+from nusselt.renderer.scene import Camera
+from nusselt.renderer.surfaces import Ellipsoid, Material
 
 FALSE_ALARM = 1e-6
 DOWN = Camera((0.0, 3.0, 1e-3), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), 30.0)

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 from builders import GREY, box, floor, lamp, quad, scene
 
-from renderer.coverage import render_area, render_centre
-from renderer.coverage.doubt import doubtful
-from renderer.coverage.shade import regions_of
-from renderer.estimators import Analytic, Area, Exact
-from renderer.estimators.common_points import lattice
-from renderer.image import prepare, render
-from renderer.lights import DirectionalLight, PointLight, SunLight
-from renderer.scene import Camera
-from renderer.scene_text import read_scene
-from renderer.surfaces import Ellipsoid, Material, Mesh
-from renderer.view import look
+from nusselt.renderer.camera.view import look
+from nusselt.renderer.estimators import Analytic, Area, Exact
+from nusselt.renderer.estimators.common_points import lattice
+from nusselt.renderer.image import prepare, render
+from nusselt.renderer.lights import DirectionalLight, PointLight, SunLight
+from nusselt.renderer.pixels import render_area, render_centre
+from nusselt.renderer.pixels.doubt import doubtful
+from nusselt.renderer.pixels.shade import regions_of
+from nusselt.renderer.scene import Camera
+from nusselt.renderer.scene_text import read_scene
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 
 FOLDER = Path(__file__).with_name("scenes") / "exact"
 GLOW = Material(emission=(1.0, 1.0, 1.0))

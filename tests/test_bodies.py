@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from builders import GREY, floor, geometry, lamp, scene
 
-from renderer.camera import pixel_centres
-from renderer.estimators import ESTIMATORS, Area, ControlVariate, Exact
-from renderer.image import prepare, render
-from renderer.light_points import beams
-from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
-from renderer.scene import Camera
-from renderer.scene_text import read_scene
-from renderer.shadows import Blockers, body_side
-from renderer.surfaces import Ellipsoid
-from renderer.vectors import column, dot, transform, unit
-from renderer.view import look
+from nusselt.renderer.camera.rays import pixel_centres
+from nusselt.renderer.camera.view import look
+from nusselt.renderer.estimators import ESTIMATORS, Area, ControlVariate, Exact
+from nusselt.renderer.image import prepare, render
+from nusselt.renderer.light_points import beams
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.scene import Camera
+from nusselt.renderer.scene_text import read_scene
+from nusselt.renderer.surfaces import Ellipsoid
+from nusselt.renderer.vectors import column, dot, transform, unit
+from nusselt.renderer.visibility.segments import Blockers, body_side
 
 CASES = Path(__file__).parent / "scenes" / "exact"
 SAMPLED = [kind for kind in ESTIMATORS if kind is not Exact and kind.name != "analytic"]

@@ -14,14 +14,14 @@ import numpy as np
 import pytest
 from builders import floor, lamp, scene
 
-from mitsuba_bridge import llvm
-from mitsuba_bridge import reference as reference_module
-from mitsuba_bridge.child import ReferenceUnavailable, run_child
-from mitsuba_bridge.llvm import Backend, backend, find_backend, system_libraries, version_of
-from mitsuba_bridge.reference import GlossyNeedsLLVM, render_reference
-from renderer.lights import DirectionalLight, SunLight
-from renderer.scene import Camera
-from renderer.surfaces import Ellipsoid, Material
+from nusselt.mitsuba_bridge import llvm
+from nusselt.mitsuba_bridge import reference as reference_module
+from nusselt.mitsuba_bridge.llvm import Backend, backend, find_backend, system_libraries, version_of
+from nusselt.mitsuba_bridge.process import ReferenceUnavailable, run_child
+from nusselt.mitsuba_bridge.reference import GlossyNeedsLLVM, render_reference
+from nusselt.renderer.lights import DirectionalLight, SunLight
+from nusselt.renderer.scene import Camera
+from nusselt.renderer.surfaces import Ellipsoid, Material
 
 SUNNY = DirectionalLight((0.3, 1.0, 0.2), (1.0, 2.0, 3.0))
 
@@ -84,9 +84,7 @@ def test_a_hanging_child_is_killed_with_all_it_started(tmp_path):
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
 def test_ctrl_c_kills_the_child(tmp_path):
-    parent = (
-        "import sys; from mitsuba_bridge.child import run_child; run_child(['-c', sys.argv[1], sys.argv[2]], None, 60)"
-    )
+    parent = "import sys; from nusselt.mitsuba_bridge.process import run_child; run_child(['-c', sys.argv[1], sys.argv[2]], None, 60)"
     root = Path(reference_module.__file__).parents[1]
     process = subprocess.Popen(
         [sys.executable, "-c", parent, NEST, str(tmp_path / "pids")],
@@ -232,7 +230,7 @@ def test_the_library_is_set_before_the_child_imports():
 
 def test_the_harness_never_imports_mitsuba():
     code = (
-        "import sys, mitsuba_bridge.reference, mitsuba_bridge.export, mitsuba_bridge.llvm, mitsuba_bridge.tolerance;"
+        "import sys, nusselt.mitsuba_bridge.reference, nusselt.mitsuba_bridge.export, nusselt.mitsuba_bridge.llvm, nusselt.mitsuba_bridge.tolerance;"
         "print(sorted({'mitsuba', 'drjit'} & set(sys.modules)))"
     )
     root = Path(reference_module.__file__).parents[1]

@@ -12,14 +12,14 @@ import pytest
 from builders import floor, quad, scene
 from scipy import stats
 
-from mitsuba_bridge.llvm import backend
-from mitsuba_bridge.reference import Reference, render_reference
-from renderer.estimators import estimator_named
-from renderer.image import render
-from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
-from renderer.scene import Camera, Scene
-from renderer.scene_text import parse_scene
-from renderer.surfaces import Ellipsoid, Material, Mesh
+from nusselt.mitsuba_bridge.llvm import backend
+from nusselt.mitsuba_bridge.reference import Reference, render_reference
+from nusselt.renderer.estimators import estimator_named
+from nusselt.renderer.image import render
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.scene import Camera, Scene
+from nusselt.renderer.scene_text import parse_scene
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 
 DOWN = Camera((0.0, 4.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), 50.0)
 """Looks straight down: image x is world x, image y is world z."""

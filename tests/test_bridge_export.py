@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from builders import GREY, floor, lamp, scene
 
-from mitsuba_bridge import export
-from mitsuba_bridge.child import environment
-from mitsuba_bridge.export import export_scene
-from mitsuba_bridge.llvm import backend, backend_report
-from mitsuba_bridge.reference import render_reference
-from renderer.errors import InputError
-from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
-from renderer.scene import Camera, Scene
-from renderer.surfaces import Ellipsoid, Material
+from nusselt.mitsuba_bridge import export
+from nusselt.mitsuba_bridge.export import export_scene
+from nusselt.mitsuba_bridge.llvm import backend, backend_report
+from nusselt.mitsuba_bridge.process import environment
+from nusselt.mitsuba_bridge.reference import render_reference
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.scene import Camera, Scene
+from nusselt.renderer.surfaces import Ellipsoid, Material
 
 CAMERA = Camera((0.3, 1.6, 2.6), (0.0, 0.2, 0.0), (0.0, 1.0, 0.0), 30.0)
 """Sees surfaces in every pixel: little noise."""
@@ -36,7 +36,10 @@ def diffuse(**options) -> Scene:
 
 def module(*arguments: str) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [sys.executable, "-m", "mitsuba_bridge", *arguments], capture_output=True, text=True, env=environment(None)
+        [sys.executable, "-m", "nusselt.mitsuba_bridge", *arguments],
+        capture_output=True,
+        text=True,
+        env=environment(None),
     )
 
 

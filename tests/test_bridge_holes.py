@@ -10,20 +10,20 @@ import pytest
 from builders import box, floor, quad, scene
 from test_calibration import image_of, reference_of
 
-from experiments.inference import Level
-from experiments.verdict import judge
-from mitsuba_bridge.child import environment
-from mitsuba_bridge.export import export_scene
-from mitsuba_bridge.llvm import backend
-from mitsuba_bridge.reference import Reference, render_reference
-from mitsuba_bridge.tolerance import ray_tolerance
-from renderer.camera import pixel_size, primary_directions
-from renderer.estimators import Area
-from renderer.image import render
-from renderer.lights import DirectionalLight, PointLight
-from renderer.scene import Camera, Scene
-from renderer.surfaces import Material, Mesh
-from renderer.vectors import column
+from nusselt.experiments.inference import Level
+from nusselt.experiments.verdict import judge
+from nusselt.mitsuba_bridge.export import export_scene
+from nusselt.mitsuba_bridge.llvm import backend
+from nusselt.mitsuba_bridge.process import environment
+from nusselt.mitsuba_bridge.reference import Reference, render_reference
+from nusselt.mitsuba_bridge.tolerance import ray_tolerance
+from nusselt.renderer.camera.rays import pixel_size, primary_directions
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.image import render
+from nusselt.renderer.lights import DirectionalLight, PointLight
+from nusselt.renderer.scene import Camera, Scene
+from nusselt.renderer.surfaces import Material, Mesh
+from nusselt.renderer.vectors import column
 
 DOWN = Camera((0.0, 4.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -1.0), 50.0)
 NOON = DirectionalLight((0.0, 1.0, 0.0), (2.0, 3.0, 4.0))
@@ -55,7 +55,15 @@ def test_no_ray_passes_along_a_diagonal(triangles):
 
 def test_nor_in_an_exported_scene(tmp_path):
     export_scene(floor_wound(WINDINGS[0]), tmp_path / "floor.xml")
-    command = [sys.executable, "-m", "mitsuba_bridge", "render", tmp_path / "floor.xml", "-o", tmp_path / "floor.npy"]
+    command = [
+        sys.executable,
+        "-m",
+        "nusselt.mitsuba_bridge",
+        "render",
+        tmp_path / "floor.xml",
+        "-o",
+        tmp_path / "floor.npy",
+    ]
     subprocess.run(
         [*command, "--centres", "--samples", "1"], check=True, env=environment(backend().llvm), capture_output=True
     )

@@ -9,10 +9,10 @@ import pytest
 from builders import floor, scene
 from scipy import stats
 
-from mitsuba_bridge.reference import Reference, render_reference
-from renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
-from renderer.scene import Camera, Scene
-from renderer.surfaces import Material
+from nusselt.mitsuba_bridge.reference import Reference, render_reference
+from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from nusselt.renderer.scene import Camera, Scene
+from nusselt.renderer.surfaces import Material
 
 CAMERA = Camera((0.3, 1.2, 2.0), (0.1, 0.0, 0.0), (0.0, 1.0, 0.0), 25.0)
 """From under the lights: sees nothing but the floor."""

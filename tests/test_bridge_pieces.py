@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from builders import floor, scene
 
-from mitsuba_bridge.description import describe
-from mitsuba_bridge.llvm import backend
-from mitsuba_bridge.reference import ask
-from renderer.scene import Camera, Scene
+from nusselt.mitsuba_bridge.description import describe
+from nusselt.mitsuba_bridge.llvm import backend
+from nusselt.mitsuba_bridge.reference import ask
+from nusselt.renderer.scene import Camera, Scene
 
 
 @pytest.fixture

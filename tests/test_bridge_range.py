@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from builders import box, floor, lamp, scene
 
-from mitsuba_bridge.description import describe
-from mitsuba_bridge.limits import distance_to_triangles
-from mitsuba_bridge.reference import render_reference
-from renderer.errors import InputError
-from renderer.lights import DirectionalLight, PointLight, QuadLight
-from renderer.scene import Camera, Scene
-from renderer.surfaces import Mesh
+from nusselt.mitsuba_bridge.description import describe
+from nusselt.mitsuba_bridge.limits import distance_to_triangles
+from nusselt.mitsuba_bridge.reference import render_reference
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight
+from nusselt.renderer.scene import Camera, Scene
+from nusselt.renderer.surfaces import Mesh
 
 CAMERA = Camera((0.5, 1.5, 4.0), (0.0, 0.3, 0.0), (0.0, 1.0, 0.0), 35.0)
 

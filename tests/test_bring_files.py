@@ -15,11 +15,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from experiments.bring.formats import READERS
-from experiments.bring.images import is_image, quantiser_of, read_image
-from experiments.cli import main
-from experiments.files import write_image
-from renderer.errors import InputError
+from nusselt.experiments.cli.main import main
+from nusselt.experiments.files import write_image
+from nusselt.experiments.images.formats import READERS
+from nusselt.experiments.images.read import is_image, quantiser_of, read_image
+from nusselt.renderer.errors import InputError
 
 WIDTH, HEIGHT = 24, 18
 ROOM = scene(floor(), lights=(lamp(),), size=(WIDTH, HEIGHT))

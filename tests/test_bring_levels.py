@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from experiments.bring.expected import course_scores
-from experiments.bring.formats import Raw
-from experiments.bring.same_seed import common_noise, repeated_noise
-from experiments.bring.transfer import RULES, Quantiser, Transfer
-from experiments.files import to_levels
+from nusselt.experiments.external.expected import course_scores
+from nusselt.experiments.external.shared_noise import common_noise, repeated_noise
+from nusselt.experiments.files import to_levels
+from nusselt.experiments.images.formats import Raw
+from nusselt.experiments.images.transfer import RULES, Quantiser, Transfer
 
 FALSE_ALARM = 1e-6
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from experiments.bring.diagnosis import HYPOTHESES, diagnose
-from experiments.bring.formats import Raw
-from experiments.bring.planted import PLANTS, planted_scene
-from experiments.bring.table import COURSE, try_plant
-from experiments.files import to_levels
-from renderer.estimators import Area
-from renderer.image import render
+from nusselt.experiments.external.diagnosis import HYPOTHESES, diagnose
+from nusselt.experiments.files import to_levels
+from nusselt.experiments.images.formats import Raw
+from nusselt.experiments.studies.planted_mistakes import PLANTS, planted_scene
+from nusselt.experiments.studies.planted_table import COURSE, try_plant
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.image import render
 
 QUICK = ("fov", "missing-cosine", "correlated-seeds", "half-pixel")
-"""Those of quick scenes; `python -m experiments.bring.table` tries all, at the course's sizes."""
+"""Those of quick scenes; `python -m nusselt.experiments.studies.planted_table` tries all, at the course's sizes."""
 
 
 @pytest.mark.parametrize("plant", [p for p in PLANTS if p.name in QUICK], ids=lambda plant: plant.name)

@@ -13,15 +13,15 @@ import pytest
 from builders import floor, lamp, scene
 from click.testing import CliRunner
 
-from experiments.bring.kept import Cache, read_reference, write_reference
-from experiments.bring.program import Program, ProgramFailed, Renderer
-from experiments.bring.truth import as_reference
-from experiments.cli import main
-from experiments.files import write_image
-from renderer.errors import InputError
-from renderer.estimators import Analytic, Area
-from renderer.image import render
-from renderer.scene_text import write_scene
+from nusselt.experiments.check.references import Cache, read_reference, write_reference
+from nusselt.experiments.cli.main import main
+from nusselt.experiments.external.ground_truth import as_reference
+from nusselt.experiments.external.program import Program, ProgramFailed, Renderer
+from nusselt.experiments.files import write_image
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import Analytic, Area
+from nusselt.renderer.image import render
+from nusselt.renderer.scene_text import write_scene
 
 ROOM = scene(floor(), lights=(lamp(),), size=(48, 36), light_samples=9, stratify=True)
 
@@ -190,7 +190,15 @@ def test_a_wrong_image_differs_and_a_repeated_one_is_told(room, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name", ["os:system", "no_such_module:Name", "renderer.estimators:Nothing", "a b:C", "renderer.estimators:", ":x"]
+    "name",
+    [
+        "os:system",
+        "no_such_module:Name",
+        "nusselt.renderer.estimators:Nothing",
+        "a b:C",
+        "nusselt.renderer.estimators:",
+        ":x",
+    ],
 )
 def test_estimators_that_are_none_are_status_2(name, room):
     for command in (("test-estimator", name), ("render", room, "--estimator", name, "-o", "x.npy")):

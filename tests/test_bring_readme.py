@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from experiments.cli import main
+from nusselt.experiments.cli.main import main
 
 TEXT = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
 OWN = TEXT[TEXT.index("## Bring your own") :]

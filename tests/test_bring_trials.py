@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from experiments.bring import trials
-from renderer.estimators import Area, ControlVariate
+from nusselt.experiments.conformance import trials
+from nusselt.renderer.estimators import Area, ControlVariate
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +27,7 @@ class NoShadows(Area):
     def __call__(self, points, source, rng):
         from dataclasses import replace
 
-        from renderer.shadows import Blockers
+        from nusselt.renderer.visibility.segments import Blockers
 
         nothing = Blockers(source.blockers.geometry, *np.zeros((2, 0), dtype=np.int64))
         return super().__call__(points, replace(source, blockers=nothing), rng)

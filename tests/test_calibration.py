@@ -8,13 +8,22 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from experiments import calibration, spreads
-from experiments.calibration import SIMULATED, World, false_alarms, from_pool, interval, power, power_at_smallest
-from experiments.inference import Level
-from experiments.many_reports import Rows, judge_many
-from experiments.verdict import Prior, judge
-from mitsuba_bridge.reference import Reference
-from renderer.image import Image
+from nusselt.experiments import spreads
+from nusselt.experiments.inference import Level
+from nusselt.experiments.many_reports import Rows, judge_many
+from nusselt.experiments.studies import calibration
+from nusselt.experiments.studies.calibration import (
+    SIMULATED,
+    World,
+    false_alarms,
+    from_pool,
+    interval,
+    power,
+    power_at_smallest,
+)
+from nusselt.experiments.verdict import Prior, judge
+from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.image import Image
 
 
 def image_of(passes) -> Image:

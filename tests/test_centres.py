@@ -8,14 +8,14 @@ from builders import floor, lamp, scene
 from click.testing import CliRunner
 from test_many_triangles import made
 
-from experiments.catalogue import load
-from experiments.cli import main
-from experiments.meshes import displaced_sphere
-from renderer.coverage import regions, render_centre
-from renderer.errors import InputError
-from renderer.estimators import Analytic, Area, Exact
-from renderer.geometry import build_geometry
-from renderer.image import prepare, render
+from nusselt.experiments.cli.main import main
+from nusselt.experiments.scenes.catalogue import load
+from nusselt.experiments.scenes.meshes import displaced_sphere
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import Analytic, Area, Exact
+from nusselt.renderer.geometry.arrays import build_geometry
+from nusselt.renderer.image import prepare, render
+from nusselt.renderer.pixels import regions, render_centre
 
 
 def over_floor(side: int):

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 from builders import floor, lamp, scene
 
-from experiments import check as check_module
-from experiments.check import Question, References, check, seeds
-from experiments.check_rows import as_claimed
-from experiments.inference import Level
-from experiments.results import exit_code
-from mitsuba_bridge import reference as reference_module
-from mitsuba_bridge.child import ReferenceUnavailable
-from mitsuba_bridge.llvm import Backend
-from mitsuba_bridge.reference import render_reference
-from renderer.estimators import Area
-from renderer.surfaces import Material
+from nusselt.experiments.check import check as check_module
+from nusselt.experiments.check.check import Question, References, check, seeds
+from nusselt.experiments.check.rows import as_claimed
+from nusselt.experiments.inference import Level
+from nusselt.experiments.results.document import exit_code
+from nusselt.mitsuba_bridge import reference as reference_module
+from nusselt.mitsuba_bridge.llvm import Backend
+from nusselt.mitsuba_bridge.process import ReferenceUnavailable
+from nusselt.mitsuba_bridge.reference import render_reference
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.surfaces import Material
 
 REFERENCES = References()
 
@@ -87,7 +87,7 @@ def test_a_defective_estimator_differs(monkeypatch, defect):
 
 
 def test_half_a_pixel_of_shift_differs(monkeypatch):
-    import renderer.view as view
+    import nusselt.renderer.camera.view as view
 
     straight = view.primary_directions
     monkeypatch.setattr(view, "primary_directions", lambda s, x, y: straight(s, x + 0.5, y + 0.5))

@@ -7,8 +7,8 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from experiments import catalogue
-from experiments.cli import main
+from nusselt.experiments.cli.main import main
+from nusselt.experiments.scenes import catalogue
 
 PUBLISHED = {
     "quad": (0.0, 0.05),

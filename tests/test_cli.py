@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from experiments import catalogue
-from experiments.cli import main
-from renderer.estimators import ESTIMATORS
+from nusselt.experiments.cli.main import main
+from nusselt.experiments.scenes import catalogue
+from nusselt.renderer.estimators import ESTIMATORS
 
 SMALL = """size 24 18
 camera 0 3 6 0 0 0 0 1 0 40
@@ -109,7 +109,7 @@ def test_render_needs_no_mitsuba(small, tmp_path):
     script = tmp_path / "without.py"
     script.write_text(
         "import sys\nsys.modules['mitsuba'] = sys.modules['drjit'] = None\n"
-        "from experiments.cli import main\nif __name__ == '__main__':\n    main(sys.argv[1:])\n"
+        "from nusselt.experiments.cli.main import main\nif __name__ == '__main__':\n    main(sys.argv[1:])\n"
     )
     subprocess.run([sys.executable, script, "render", small, "-o", tmp_path / "x.npy"], check=True)
     assert (tmp_path / "x.npy").exists()
@@ -208,9 +208,7 @@ def test_bad_usage_is_status_2_and_few_lines(arguments, tmp_path, monkeypatch):
 
 
 def test_the_module_is_the_command():
-    result = subprocess.run(
-        [sys.executable, "-m", "experiments", "--version"], capture_output=True, text=True, check=True
-    )
+    result = subprocess.run([sys.executable, "-m", "nusselt", "--version"], capture_output=True, text=True, check=True)
     assert "0.1.0" in result.stdout
 
 

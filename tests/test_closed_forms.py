@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import renderer.closed_forms.irradiance as irradiance_module
-import renderer.closed_forms.lambert_formula as lambert_module
-from renderer.closed_forms.irradiance import irradiance
-from renderer.closed_forms.lobe_edges import lobe_by_edges
-from renderer.closed_forms.lobe_fan import lobe_by_area
-from renderer.closed_forms.phong_lobe import phong_lobe
-from renderer.vectors import cross, dot, unit
+import nusselt.renderer.closed_forms.irradiance as irradiance_module
+import nusselt.renderer.closed_forms.lambert_formula as lambert_module
+from nusselt.renderer.closed_forms.irradiance import irradiance
+from nusselt.renderer.closed_forms.lobe_edges import lobe_by_edges
+from nusselt.renderer.closed_forms.lobe_fan import lobe_by_area
+from nusselt.renderer.closed_forms.phong_lobe import phong_lobe
+from nusselt.renderer.vectors import cross, dot, unit
 
-FOLDER = Path(__file__).parent.parent / "experiments" / "oracles"
+FOLDER = Path(__file__).parent.parent / "experiments" / "studies" / "stability" / "oracles"
 STIFF = json.loads((FOLDER / "stiff.json").read_text())
 RANDOM = json.loads((FOLDER / "random.json").read_text())
 EPS = 2.0**-52

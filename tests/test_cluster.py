@@ -12,11 +12,11 @@ from builders import box, floor, lamp, scene
 from click.testing import CliRunner
 from distributed import LocalCluster
 
-from experiments.cli import main
-from experiments.workers import worker_pool
-from renderer.errors import InputError
-from renderer.estimators import Area
-from renderer.image import render
+from nusselt.experiments.cli.main import main
+from nusselt.experiments.runs.workers import worker_pool
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.image import render
 
 
 @pytest.fixture(scope="module")

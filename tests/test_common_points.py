@@ -8,20 +8,20 @@ from builders import box, floor, geometry, lamp, scene
 from scipy import stats
 from test_many_triangles import SHAPES, made, rays
 
-from experiments.meshes import displaced_sphere, torus_knot
-from experiments.until import PASSES, render_until
-from renderer import common_visibility
-from renderer.common_visibility import CommonVisibility
-from renderer.errors import InputError
-from renderer.estimators import Area, CommonPoints, CommonPointsFixed
-from renderer.estimators.common_points import lattice
-from renderer.image import prepare, render
-from renderer.lights import DirectionalLight, SunLight
-from renderer.mesh_topology import closed_surface
-from renderer.needs import Source
-from renderer.shadows import Blockers
-from renderer.surfaces import Ellipsoid, Mesh
-from renderer.vectors import column
+from nusselt.experiments.check.adaptive import PASSES, render_until
+from nusselt.experiments.scenes.meshes import displaced_sphere, torus_knot
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import Area, CommonPoints, CommonPointsFixed
+from nusselt.renderer.estimators.common_points import lattice
+from nusselt.renderer.geometry.closed_surfaces import closed_surface
+from nusselt.renderer.image import prepare, render
+from nusselt.renderer.lights import DirectionalLight, SunLight
+from nusselt.renderer.needs import Source
+from nusselt.renderer.surfaces import Ellipsoid, Mesh
+from nusselt.renderer.vectors import column
+from nusselt.renderer.visibility import shared_points as common_visibility
+from nusselt.renderer.visibility.segments import Blockers
+from nusselt.renderer.visibility.shared_points import CommonVisibility
 
 
 @pytest.mark.parametrize("shape", SHAPES)

@@ -13,12 +13,12 @@ from builders import floor, lamp, scene
 from scipy import stats
 from test_cli import run
 
-from experiments import check as check_module
-from experiments.check import Question, References, check
-from experiments.compare import compare_rows, holm
-from experiments.inference import error_of_mean
-from experiments.results import document, write_json
-from renderer.estimators import Area
+from nusselt.experiments.check import check as check_module
+from nusselt.experiments.check.check import Question, References, check
+from nusselt.experiments.inference import error_of_mean
+from nusselt.experiments.results.compare import compare_rows, holm
+from nusselt.experiments.results.document import document, write_json
+from nusselt.renderer.estimators import Area
 
 FALSE_ALARM = 1e-6
 

@@ -10,14 +10,14 @@ import pytest
 from area_truth import KEPT, scenes, solids
 from builders import box, floor, lamp, quad, scene
 
-from experiments import catalogue
-from renderer.coverage import render_area
-from renderer.coverage.smooth import BETWEEN, WITHIN, error_bound
-from renderer.errors import InputError
-from renderer.estimators import Analytic, Area
-from renderer.lights import PointLight
-from renderer.scene import Camera
-from renderer.surfaces import Ellipsoid, Material
+from nusselt.experiments.scenes import catalogue
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import Analytic, Area
+from nusselt.renderer.lights import PointLight
+from nusselt.renderer.pixels import render_area
+from nusselt.renderer.pixels.interpolation import BETWEEN, WITHIN, error_bound
+from nusselt.renderer.scene import Camera
+from nusselt.renderer.surfaces import Ellipsoid, Material
 
 GLOW = Material(emission=(1.0, 1.0, 1.0))
 FRONT = Camera((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 40.0)
@@ -106,7 +106,7 @@ def test_solids_that_pass_through_each_other_are_cut_without_samples():
 @pytest.mark.parametrize("lost", range(0, 40, 9))
 def test_a_lost_edge_is_noticed(lost, monkeypatch):
     """Its pixels' books do not balance, or neighbours differ: they are taken by rays, and the image stays right."""
-    module = __import__("renderer.coverage.render_area", fromlist=["find_lines"])
+    module = __import__("nusselt.renderer.pixels.render_area", fromlist=["find_lines"])
     view = VIEWS["cornell-boxes/1"]
     truth = render_area(view, Analytic(), tolerance=1e-3).image
     found = module.find_lines

@@ -9,12 +9,14 @@ import pytest
 from builders import scene
 from test_coverage import relative
 
-from experiments.race.scenes import bumpy_ball_scene
-from renderer import camera, view
-from renderer.coverage import crowded, render_area
-from renderer.estimators import Exact
-from renderer.image import prepare
-from renderer.shadows import small_triangles
+from nusselt.experiments.studies.race.scenes import bumpy_ball_scene
+from nusselt.renderer.camera import rays as camera
+from nusselt.renderer.camera import view
+from nusselt.renderer.estimators import Exact
+from nusselt.renderer.image import prepare
+from nusselt.renderer.pixels import render_area
+from nusselt.renderer.pixels import supersampling as crowded
+from nusselt.renderer.visibility.segments import small_triangles
 
 
 @pytest.fixture(scope="module")

@@ -11,14 +11,14 @@ import pytest
 from builders import box, floor, lamp, scene
 from scipy import stats
 
-from renderer.errors import InputError
-from renderer.estimators import ESTIMATORS, Analytic, Area, ControlVariate, VisibilityAnalytic, VisibilityCentre
-from renderer.estimators.analytic import without_shadows
-from renderer.image import prepare, render
-from renderer.light_points import extended_beams, unit_square
-from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
-from renderer.scene import Camera
-from renderer.surfaces import Ellipsoid, Material
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import ESTIMATORS, Analytic, Area, ControlVariate, VisibilityAnalytic, VisibilityCentre
+from nusselt.renderer.estimators.analytic import without_shadows
+from nusselt.renderer.image import prepare, render
+from nusselt.renderer.light_points import extended_beams, unit_square
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.scene import Camera
+from nusselt.renderer.surfaces import Ellipsoid, Material
 
 FALSE_ALARM = 1e-6
 SHINY = Material((0.4, 0.3, 0.2), (0.3, 0.3, 0.3), 20.0)

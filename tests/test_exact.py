@@ -10,16 +10,16 @@ import pytest
 from builders import GREY, box, floor, lamp, quad, scene
 from scipy import stats
 
-from experiments import catalogue
-from renderer.estimators import Area, Exact
-from renderer.exact import sections
-from renderer.geometry import build_geometry
-from renderer.image import prepare, render
-from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
-from renderer.needs import Source
-from renderer.shading import ShadingPoints
-from renderer.shadows import Blockers
-from renderer.surfaces import Ellipsoid, Material, Mesh
+from nusselt.experiments.scenes import catalogue
+from nusselt.renderer.estimators import Area, Exact
+from nusselt.renderer.geometry.arrays import build_geometry
+from nusselt.renderer.image import prepare, render
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.needs import Source
+from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.soft_shadows.convex import sections
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
+from nusselt.renderer.visibility.segments import Blockers
 
 FALSE_ALARM = 1e-6
 TILTED = Ellipsoid((0.3, 0.8, 0.2), ((0.5, 0.1, 0), (0, 0.2, 0.1), (0.2, 0, 0.35)), GREY)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from builders import scene
 
-from renderer.estimators import Exact
-from renderer.exact import integrals
-from renderer.geometry import build_geometry
-from renderer.lights import QuadLight
-from renderer.needs import Source
-from renderer.shading import ShadingPoints
-from renderer.shadows import Blockers
-from renderer.unshadowed import quad_light
+from nusselt.renderer.estimators import Exact
+from nusselt.renderer.geometry.arrays import build_geometry
+from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.needs import Source
+from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.soft_shadows.convex import integrals
+from nusselt.renderer.unshadowed import quad_light
+from nusselt.renderer.visibility.segments import Blockers
 
 EXPONENTS = np.array([0, 0.1, 0.3, 0.5, 1, 1.5, 2, 7.3, 20, 100, 1e3, 1e4, 1e6])
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from builders import GREY, floor
 
-from experiments.search.motions import Motion, carried, turn
-from experiments.search.referees import ask
-from renderer.camera import pixel_centres
-from renderer.estimators import Exact
-from renderer.image import prepare, render
-from renderer.scene_text import read_scene
-from renderer.surfaces import Mesh
-from renderer.view import look
+from nusselt.experiments.search.motions import Motion, carried, turn
+from nusselt.experiments.search.referees import ask
+from nusselt.renderer.camera.rays import pixel_centres
+from nusselt.renderer.camera.view import look
+from nusselt.renderer.estimators import Exact
+from nusselt.renderer.image import prepare, render
+from nusselt.renderer.scene_text import read_scene
+from nusselt.renderer.surfaces import Mesh
 
 FOLDER = Path(__file__).with_name("scenes") / "exact"
 NAMES = sorted(path.stem for path in FOLDER.glob("*.test"))

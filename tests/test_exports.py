@@ -13,11 +13,11 @@ from builders import floor, lamp, scene
 from report_folder import HOSTILE, row, timed
 from test_cli import SMALL, run
 
-from experiments import api
-from experiments.exports import csv_table, junit, markdown
-from experiments.exports.markdown import LIMIT
-from experiments.notebook import results_html
-from experiments.results import document
+from nusselt.experiments import api
+from nusselt.experiments.results.document import document
+from nusselt.experiments.results.exports import csv_table, junit, markdown
+from nusselt.experiments.results.exports.markdown import LIMIT
+from nusselt.experiments.results.notebook import results_html
 
 ROWS = [row("right"), row("wrong", "differs", False), row("unknown", "undecided", None), *map(row, HOSTILE)]
 
@@ -123,7 +123,7 @@ def test_hostile_names_are_text_in_a_notebook():
 def test_the_ready_workflow_asks_for_commands_and_options_that_exist():
     from pathlib import Path
 
-    from experiments.cli import main
+    from nusselt.experiments.cli.main import main
 
     text = (Path(__file__).parent.parent / ".github" / "workflows" / "nusselt.yml").read_text(encoding="utf-8")
     asked = re.findall(r"bin/nusselt (\w+)((?: [^\n]+|\n {10}--[^\n]+)*)", text)

@@ -21,7 +21,7 @@ diffuse .3 .3 .5
 tri 0 1 2
 quadLight -1 1 -1  0 0 2  2 0 0  5 5 5
 """
-NUSSELT = [sys.executable, "-m", "experiments"]
+NUSSELT = [sys.executable, "-m", "nusselt"]
 
 
 @pytest.fixture

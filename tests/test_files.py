@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from experiments.files import folder_name, read_exr, replacing, to_levels, write_image
-from renderer.errors import InputError
+from nusselt.experiments.files import folder_name, read_exr, replacing, to_levels, write_image
+from nusselt.renderer.errors import InputError
 
 RADIANCE = np.random.default_rng(0).random((3, 5, 7)) * 2
 

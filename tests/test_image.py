@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from builders import CAMERA, GREY, box, floor, lamp, scene
 
-from experiments import catalogue
-from experiments.workers import worker_pool
-from renderer.edges import Tolerance
-from renderer.estimators import Area
-from renderer.image import render, tiles
-from renderer.lights import DirectionalLight, PointLight, QuadLight
-from renderer.scene import Camera
-from renderer.surfaces import Ellipsoid, Material
+from nusselt.experiments.runs.workers import worker_pool
+from nusselt.experiments.scenes import catalogue
+from nusselt.renderer.ambiguous_pixels import Tolerance
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.image import render, tiles
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight
+from nusselt.renderer.scene import Camera
+from nusselt.renderer.surfaces import Ellipsoid, Material
 
 ARRAYS = (
     "first",

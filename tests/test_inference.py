@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from experiments.inference import TILES, Level, denoised_root, pooled_bias, resting_on, tile_biases
+from nusselt.experiments.inference import TILES, Level, denoised_root, pooled_bias, resting_on, tile_biases
 
 FALSE_ALARM = 1e-6
 

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from renderer.closed_forms.irradiance import irradiance
-from renderer.closed_forms.phong_lobe import phong_lobe
-from renderer.closed_forms.sun import sun_irradiance
-from renderer.lights import SunLight
-from renderer.vectors import column, cross, dot, frame, unit
+from nusselt.renderer.closed_forms.irradiance import irradiance
+from nusselt.renderer.closed_forms.phong_lobe import phong_lobe
+from nusselt.renderer.closed_forms.sun import sun_irradiance
+from nusselt.renderer.lights import SunLight
+from nusselt.renderer.vectors import column, cross, dot, frame, unit
 
 NORMAL = unit(column((0.2, -0.3, 1.0)))
 MIRROR = unit(column((0.4, 0.1, 1.0)))

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from builders import GREY, scene
 
-from renderer.estimators import ESTIMATORS, Exact
-from renderer.image import render
-from renderer.light_points import faced_by, quad_beams
-from renderer.lights import QuadLight
-from renderer.scene import Camera
-from renderer.scene_text import read_scene
-from renderer.shading import ShadingPoints
-from renderer.surfaces import Mesh
-from renderer.unshadowed import quad_light
-from renderer.vectors import column, cross, unit
+from nusselt.renderer.estimators import ESTIMATORS, Exact
+from nusselt.renderer.image import render
+from nusselt.renderer.light_points import faced_by, quad_beams
+from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.scene import Camera
+from nusselt.renderer.scene_text import read_scene
+from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.surfaces import Mesh
+from nusselt.renderer.unshadowed import quad_light
+from nusselt.renderer.vectors import column, cross, unit
 
 CASES = Path(__file__).parent / "scenes" / "exact"
 SAMPLED = [kind for kind in ESTIMATORS if kind is not Exact]  # `exact` decides by itself what a light faces

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from renderer.light_points import beams, lattice, quad_beams, sun_directions, unit_square
-from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
-from renderer.vectors import column, cross, dot, frame, unit
+from nusselt.renderer.light_points import beams, lattice, quad_beams, sun_directions, unit_square
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.vectors import column, cross, dot, frame, unit
 
 FALSE_ALARM = 1e-6
 SHEARED = QuadLight((1.0, 2.0, -1.0), (0.3, 0.1, 1.4), (1.2, -0.4, 0.9), (1, 1, 1))

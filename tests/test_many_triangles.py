@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from builders import floor, geometry, lamp, scene, sphere_mesh
 
-from experiments.meshes import displaced_sphere, many_small, torus_knot
-from renderer.bvh import Hierarchy
-from renderer.camera import pixel_centres, primary_directions
-from renderer.estimators import Area
-from renderer.geometry import build_geometry
-from renderer.image import render
-from renderer.image_boxes import ImageBoxes
-from renderer.primary import first_hits
-from renderer.shadows import Blockers, crosses
-from renderer.surfaces import Mesh
-from renderer.vectors import column
+from nusselt.experiments.scenes.meshes import displaced_sphere, many_small, torus_knot
+from nusselt.renderer.camera.first_hits import first_hits
+from nusselt.renderer.camera.rays import pixel_centres, primary_directions
+from nusselt.renderer.camera.screen_boxes import ImageBoxes
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.geometry.arrays import build_geometry
+from nusselt.renderer.image import render
+from nusselt.renderer.surfaces import Mesh
+from nusselt.renderer.vectors import column
+from nusselt.renderer.visibility.bvh import Hierarchy
+from nusselt.renderer.visibility.segments import Blockers, crosses
 
 SHAPES = (displaced_sphere, torus_knot, many_small)
 
@@ -103,6 +103,6 @@ def test_a_hierarchy_without_its_padding_loses_rays():
 def test_a_big_mesh_shades_the_same_with_and_without_the_hierarchy(monkeypatch):
     s = scene(sphere_mesh(), floor(), lights=(lamp(),), size=(24, 16))
     with_hierarchy = render(s, Area(samples=4), seed=3)
-    monkeypatch.setattr("renderer.shadows.FEW", 1 << 30)
+    monkeypatch.setattr("nusselt.renderer.visibility.segments.FEW", 1 << 30)
     without = render(s.with_(name="again", light_samples=2), Area(samples=4), seed=3)
     np.testing.assert_array_equal(with_hierarchy.mean, without.mean)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from experiments.cli import main
-from experiments.meshes import displaced_sphere
-from renderer.errors import InputError
-from renderer.estimators import CommonPointsFixed
-from renderer.image import render
-from renderer.mesh_files import read_mesh_file
-from renderer.mesh_topology import closed_surface
-from renderer.scene_text import parse_scene, read_scene, write_scene
+from nusselt.experiments.cli.main import main
+from nusselt.experiments.scenes.meshes import displaced_sphere
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import CommonPointsFixed
+from nusselt.renderer.geometry.closed_surfaces import closed_surface
+from nusselt.renderer.image import render
+from nusselt.renderer.mesh_files import read_mesh_file
+from nusselt.renderer.scene_text import parse_scene, read_scene, write_scene
 
 HEAD = "size 8 8\ncamera 0 -3 1  0 0 0  0 0 1  40\n"
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5], [9, 9, 9]])

@@ -7,11 +7,11 @@ import pytest
 from builders import box, floor, lamp, scene
 from click.testing import CliRunner
 
-from experiments.cli import main
-from experiments.negative import negative_note
-from renderer.estimators import Area, CommonPointsFixed, ControlVariate, Exact
-from renderer.image import prepare, render
-from renderer.lights import SunLight
+from nusselt.experiments.check.negative import negative_note
+from nusselt.experiments.cli.main import main
+from nusselt.renderer.estimators import Area, CommonPointsFixed, ControlVariate, Exact
+from nusselt.renderer.image import prepare, render
+from nusselt.renderer.lights import SunLight
 
 SHADED = """size 64 48
 camera 0 3 6 0 0 0 0 1 0 40

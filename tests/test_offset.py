@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from builders import box, floor, lamp, scene
 
-from experiments import offset
-from mitsuba_bridge import ray_offset
-from mitsuba_bridge.llvm import Backend
-from renderer.errors import InputError
-from renderer.estimators import ESTIMATORS, Area
-from renderer.image import render
-from renderer.ray_offset import RayOffset
+from nusselt.experiments.studies import offset
+from nusselt.mitsuba_bridge import ray_offset
+from nusselt.mitsuba_bridge.llvm import Backend
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import ESTIMATORS, Area
+from nusselt.renderer.image import render
+from nusselt.renderer.visibility.ray_offset import RayOffset
 
 
 def test_rays_start_off_the_surface_and_stop_short():

@@ -7,18 +7,18 @@ import pytest
 from builders import floor, geometry, lamp, scene
 from test_many_triangles import made
 
-from experiments.meshes import displaced_sphere, many_small, torus_knot
-from renderer.closed_forms.irradiance import irradiance
-from renderer.estimators import CommonPointsFixed, Exact
-from renderer.estimators.common_points import hidden, lattice
-from renderer.image import prepare, render
-from renderer.lights import QuadLight
-from renderer.needs import Source
-from renderer.penumbra import hidden_irradiance
-from renderer.shading import ShadingPoints
-from renderer.shadows import Blockers
-from renderer.surfaces import Material, Mesh
-from renderer.vectors import column, unit
+from nusselt.experiments.scenes.meshes import displaced_sphere, many_small, torus_knot
+from nusselt.renderer.closed_forms.irradiance import irradiance
+from nusselt.renderer.estimators import CommonPointsFixed, Exact
+from nusselt.renderer.estimators.common_points import hidden, lattice
+from nusselt.renderer.image import prepare, render
+from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.needs import Source
+from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.soft_shadows.meshes import hidden_irradiance
+from nusselt.renderer.surfaces import Material, Mesh
+from nusselt.renderer.vectors import column, unit
+from nusselt.renderer.visibility.segments import Blockers
 
 
 def source_of(light: QuadLight, *meshes: Mesh) -> Source:

@@ -7,16 +7,16 @@ import pytest
 from builders import lamp
 from test_penumbra import plate, rectangle, shadow_on_lamp, source_of
 
-from experiments.meshes import displaced_sphere, many_small
-from renderer.closed_forms.irradiance import irradiance
-from renderer.lights import QuadLight
-from renderer.penumbra import mesh_radiance
-from renderer.penumbra import overlap as overlap_module
-from renderer.penumbra.order import change, swaps_in_bands
-from renderer.penumbra.overlap import Lines
-from renderer.shading import ShadingPoints
-from renderer.surfaces import Mesh
-from renderer.vectors import column, unit
+from nusselt.experiments.scenes.meshes import displaced_sphere, many_small
+from nusselt.renderer.closed_forms.irradiance import irradiance
+from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.soft_shadows.meshes import mesh_radiance
+from nusselt.renderer.soft_shadows.meshes import overlap as overlap_module
+from nusselt.renderer.soft_shadows.meshes.order import change, swaps_in_bands
+from nusselt.renderer.soft_shadows.meshes.overlap import Lines
+from nusselt.renderer.surfaces import Mesh
+from nusselt.renderer.vectors import column, unit
 
 
 def torus(triangles: int):

@@ -7,14 +7,21 @@ import pytest
 from scipy import stats
 from test_calibration import image_of, reference_of
 
-from experiments.defects import scenes
-from experiments.defects.altered import Altered
-from experiments.defects.catalogue import CONTROLS, DEFECTS, RIGHT, Control
-from experiments.defects.gates import pictures_differ, pixels_differ
-from experiments.inference import Level
-from experiments.planted_defects import Truths, as_image, as_reference, find, hardness_table, hold
-from experiments.variance_table import add_slopes, bias_of, mark_ties, markdown, measured_of, variance_interval
-from renderer.image import render
+from nusselt.experiments.defects import scenes
+from nusselt.experiments.defects.altered import Altered
+from nusselt.experiments.defects.catalogue import CONTROLS, DEFECTS, RIGHT, Control
+from nusselt.experiments.defects.gates import pictures_differ, pixels_differ
+from nusselt.experiments.inference import Level
+from nusselt.experiments.studies.planted_defects import Truths, as_image, as_reference, find, hardness_table, hold
+from nusselt.experiments.studies.variance_table import (
+    add_slopes,
+    bias_of,
+    mark_ties,
+    markdown,
+    measured_of,
+    variance_interval,
+)
+from nusselt.renderer.image import render
 
 LEVEL = Level(1e-3, 10)
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from builders import box, floor, geometry, lamp, scene, sphere_mesh
 
-from renderer.camera import primary_directions
-from renderer.geometry import build_geometry
-from renderer.primary import first_hits
-from renderer.scene import Camera
-from renderer.surfaces import Ellipsoid
-from renderer.vectors import column, cross, dot, unit
+from nusselt.renderer.camera.first_hits import first_hits
+from nusselt.renderer.camera.rays import primary_directions
+from nusselt.renderer.geometry.arrays import build_geometry
+from nusselt.renderer.scene import Camera
+from nusselt.renderer.surfaces import Ellipsoid
+from nusselt.renderer.vectors import column, cross, dot, unit
 
 
 def edge_rays(mesh, count: int, seed: int = 0):

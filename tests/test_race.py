@@ -7,12 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from experiments.error_against_time import figure, run
-from experiments.race.measure import Measured, Plan
-from experiments.race.rows import finalists, raw, row
-from mitsuba_bridge.child import ReferenceUnavailable
-from mitsuba_bridge.llvm import backend
-from mitsuba_bridge.race import DEFAULT, WAYS, Lap, Way, run_race
+from nusselt.experiments.studies.race.measure import Measured, Plan
+from nusselt.experiments.studies.race.rows import finalists, raw, row
+from nusselt.experiments.studies.race.study import figure, run
+from nusselt.mitsuba_bridge.llvm import backend
+from nusselt.mitsuba_bridge.process import ReferenceUnavailable
+from nusselt.mitsuba_bridge.race import DEFAULT, WAYS, Lap, Way, run_race
 
 pytestmark = pytest.mark.skipif(backend().variant == "scalar_rgb", reason="Mitsuba's LLVM variant does not run here")
 
@@ -83,9 +83,9 @@ def test_the_foremost_ways_and_the_default_go_on(raced):
 
 def test_a_wrong_truth_is_not_reached():
     """The planted defect: 5 % too bright, and no number of samples comes nearer than that."""
-    from experiments.race.scenes import race_scene
-    from renderer.coverage import render_area
-    from renderer.estimators import Analytic
+    from nusselt.experiments.studies.race.scenes import race_scene
+    from nusselt.renderer.estimators import Analytic
+    from nusselt.renderer.pixels import render_area
 
     scene = race_scene("quad", 24).with_(spp=16)
     image = render_area(scene, Analytic(), tolerance=1e-3).image

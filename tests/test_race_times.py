@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from experiments.race.times import OurLap, fastest, fastest_of_ours, seconds_to
-from mitsuba_bridge.race import Way, ladder
+from nusselt.experiments.studies.race.times import OurLap, fastest, fastest_of_ours, seconds_to
+from nusselt.mitsuba_bridge.race import Way, ladder
 
 LAPS = [(1.0, 1e-1), (10.0, 1e-2), (100.0, 1e-3)]
 

@@ -9,23 +9,23 @@ import numpy as np
 import pytest
 from builders import GREY, box, floor, lamp, quad, scene
 
-from experiments.runs.declared import Settings
-from experiments.search.batches import batch, one_scene, search_jobs, twins_of
-from experiments.search.compare import compare
-from experiments.search.examine import EXACT, examine, stream
-from experiments.search.generator import KINDS, random_scene
-from experiments.search.judge import seen, values
-from experiments.search.referees import REFEREES, ask
-from experiments.search.shrink import shrunk, told
-from experiments.search.tables import search_files, search_page, search_table
-from experiments.search.twins import TWINS
-from renderer.errors import InputError
-from renderer.estimators import Exact
-from renderer.estimators.analytic import without_shadows
-from renderer.lights import PointLight, QuadLight
-from renderer.scene import Camera
-from renderer.scene_text import parse_scene
-from renderer.surfaces import Ellipsoid, Material
+from nusselt.experiments.runs.experiment import Settings
+from nusselt.experiments.search.batches import batch, one_scene, search_jobs, twins_of
+from nusselt.experiments.search.compare import compare
+from nusselt.experiments.search.examine import EXACT, examine, stream
+from nusselt.experiments.search.generator import KINDS, random_scene
+from nusselt.experiments.search.judge import seen, values
+from nusselt.experiments.search.referees import REFEREES, ask
+from nusselt.experiments.search.shrink import shrunk, told
+from nusselt.experiments.search.tables import search_files, search_page, search_table
+from nusselt.experiments.search.twins import TWINS
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import Exact
+from nusselt.renderer.estimators.analytic import without_shadows
+from nusselt.renderer.lights import PointLight, QuadLight
+from nusselt.renderer.scene import Camera
+from nusselt.renderer.scene_text import parse_scene
+from nusselt.renderer.surfaces import Ellipsoid, Material
 
 NUMBERS = range(1, 6)
 SEED = 2

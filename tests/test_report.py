@@ -13,13 +13,21 @@ import pytest
 from report_folder import HOSTILE, RASTER, row, small_folder, timed, write_images
 from test_cli import run
 
-from experiments.facts import facts, headline
-from experiments.report import page as page_module
-from experiments.report import write_report
-from experiments.report.figures import BUDGET as FIGURES
-from experiments.report.pixels import BUDGET, averaged, averaged_difference, encode, normaliser, pack_all, total_size
-from experiments.results import document, write_json
-from experiments.speed import Curve, Point, curves, races, seconds_of
+from nusselt.experiments.results.document import document, write_json
+from nusselt.experiments.results.report import page as page_module
+from nusselt.experiments.results.report import write_report
+from nusselt.experiments.results.report.figures import BUDGET as FIGURES
+from nusselt.experiments.results.report.pixels import (
+    BUDGET,
+    averaged,
+    averaged_difference,
+    encode,
+    normaliser,
+    pack_all,
+    total_size,
+)
+from nusselt.experiments.results.summary import facts, headline
+from nusselt.experiments.results.work_precision import Curve, Point, curves, races, seconds_of
 
 
 @pytest.fixture(scope="module")
@@ -309,7 +317,7 @@ def test_hostile_names_are_all_there(page):
 
 
 def test_planted_defects_say_nothing_of_the_renderer():
-    from experiments.facts import facts
+    from nusselt.experiments.results.summary import facts
 
     right = {"scene": "quad", "verdict": "agrees", "as_claimed": True, "minimum_detectable_bias": 1e-3}
     planted = {"scene": "quad", "defect": "gain", "verdict": "differs", "as_claimed": True, "bias_relative": 0.1}
@@ -339,7 +347,7 @@ def test_rows_without_a_verdict_stand_with_their_experiment(tmp_path):
 
 
 def test_rows_without_a_scene_are_named_by_what_they_are_about():
-    from experiments.rows import figures, subject
+    from nusselt.experiments.results.rows import figures, subject
 
     assert subject({"light": "needle", "disk_area": 0.1}) == "needle"
     assert subject({"scene": "quad", "pixel_rule": "area", "target": 1e-3}) == "quad, area, 0.001"

@@ -12,8 +12,8 @@ from browser import chromium, complaints, missing, prefer, requests
 from PIL import Image
 from report_folder import HOSTILE, RASTER, SIZE, row, small_folder
 
-from experiments.report import write_report
-from experiments.results import document, write_json
+from nusselt.experiments.results.document import document, write_json
+from nusselt.experiments.results.report import write_report
 
 pytestmark = pytest.mark.skipif(
     missing() is not None and not os.environ.get("NUSSELT_NEEDS_BROWSER"),

@@ -14,16 +14,16 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from experiments import suite
-from experiments.cli import main
-from experiments.runs import command
-from experiments.runs.command import Request, run_experiments, run_one
-from experiments.runs.declared import Experiment, Job, Outcome, Settings
-from experiments.runs.figures import curves
-from experiments.runs.runner import run_jobs
-from experiments.runs.store import Store, key
-from renderer.estimators import Area
-from renderer.nusselt_analog import disk_area
+from nusselt.experiments.cli.main import main
+from nusselt.experiments.results.figures import curves
+from nusselt.experiments.runs import run as command
+from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
+from nusselt.experiments.runs.run import Request, run_experiments, run_one
+from nusselt.experiments.runs.runner import run_jobs
+from nusselt.experiments.runs.store import Store, key
+from nusselt.experiments.studies import suite
+from nusselt.experiments.studies.analog_projection import disk_area
+from nusselt.renderer.estimators import Area
 
 CALLS: list[int] = []
 

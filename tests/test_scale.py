@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from builders import box, lamp, scene
 
-from renderer.estimators import Area
-from renderer.image import render
-from renderer.lights import QuadLight
-from renderer.scene import Camera
-from renderer.surfaces import Ellipsoid, Material, Mesh
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.image import render
+from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.scene import Camera
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 
 
 def world(scale: float, offset: float):

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from renderer.errors import InputError
-from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
-from renderer.scene import Camera, Scene
-from renderer.surfaces import Ellipsoid, Material, Mesh, has_area
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.scene import Camera, Scene
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh, has_area
 
 CAMERA = Camera((0, 0, 4), (0, 0, 0), (0, 1, 0), 45)
 SQUARE = np.array([[0.0, 1, 1, 0], [0, 0, 1, 1], [0, 0, 0, 0]])

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
-from renderer.scene import Scene
-from renderer.scene_text import parse_scene
-from renderer.surfaces import Ellipsoid, Material
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.scene_text import parse_scene
+from nusselt.renderer.surfaces import Ellipsoid, Material
 
 VIEW = "size 4 3\ncamera 0 0 4  0 0 0  0 1 0  45\nintegrator direct\n"
 BASE = VIEW + "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"

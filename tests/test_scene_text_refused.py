@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from renderer.errors import InputError
-from renderer.scene import Scene
-from renderer.scene_text import parse_scene, read_scene, write_scene
-from renderer.scene_text import reader as scene_reader
-from renderer.scene_text.commands import COMMANDS, REFUSED
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.scene_text import parse_scene, read_scene, write_scene
+from nusselt.renderer.scene_text import reader as scene_reader
+from nusselt.renderer.scene_text.commands import COMMANDS, REFUSED
 
 VIEW = "size 4 3\ncamera 0 0 4  0 0 0  0 1 0  45\nintegrator direct\n"
 BASE = VIEW + "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"

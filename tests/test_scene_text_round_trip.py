@@ -9,11 +9,11 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from renderer.errors import InputError
-from renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
-from renderer.scene import Camera, Scene
-from renderer.scene_text import parse_scene, read_scene, write_scene
-from renderer.surfaces import Ellipsoid, Material, Mesh, has_area
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.scene import Camera, Scene
+from nusselt.renderer.scene_text import parse_scene, read_scene, write_scene
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh, has_area
 
 SCENES = sorted((Path(__file__).parents[1] / "experiments" / "scenes").glob("*.test"))
 TRIANGLE = """

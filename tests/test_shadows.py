@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from builders import box, floor, geometry, lamp, quad, sphere_mesh
 
-from renderer.shadows import Blockers
-from renderer.surfaces import Ellipsoid
-from renderer.vectors import column, cross, dot, unit
+from nusselt.renderer.surfaces import Ellipsoid
+from nusselt.renderer.vectors import column, cross, dot, unit
+from nusselt.renderer.visibility.segments import Blockers
 
 
 def seen(g, points, targets, own=None, at_infinity=False):

@@ -8,8 +8,8 @@ from builders import GREY, scene
 from scipy.stats import special_ortho_group
 from test_exact import irradiance
 
-from renderer.lights import QuadLight
-from renderer.surfaces import Mesh
+from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.surfaces import Mesh
 
 WALL = np.array([(-2, 0, -1), (-1, 1, -1), (-1, 1, 1), (-2, 0, 1)], dtype=float).T
 """Shares an edge with the light below, as a second light beside it would; in the plane y = x + 2."""

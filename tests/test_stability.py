@@ -11,19 +11,19 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from experiments.cli import main
-from experiments.stiff import command
-from experiments.stiff.cases import OWN, read_cases
-from experiments.stiff.closed_forms import case_rows, held, relative_error
-from experiments.stiff.command import COLUMNS
-from experiments.stiff.images import largest_difference, twin_row
-from experiments.stiff.textbook import textbook_irradiance
-from experiments.stiff.twins import twins
-from mitsuba_bridge.llvm import backend
-from mitsuba_bridge.patch_irradiance import irradiance_by_mitsuba
-from renderer.closed_forms import irradiance as irradiance_module
-from renderer.closed_forms import lambert_formula
-from renderer.recentre import near_origin
+from nusselt.experiments.cli import stability as command
+from nusselt.experiments.cli.main import main
+from nusselt.experiments.cli.stability import COLUMNS
+from nusselt.experiments.studies.stability.cases import OWN, read_cases
+from nusselt.experiments.studies.stability.closed_forms import case_rows, held, relative_error
+from nusselt.experiments.studies.stability.images import largest_difference, twin_row
+from nusselt.experiments.studies.stability.textbook import textbook_irradiance
+from nusselt.experiments.studies.stability.twins import twins
+from nusselt.mitsuba_bridge.llvm import backend
+from nusselt.mitsuba_bridge.patch_irradiance import irradiance_by_mitsuba
+from nusselt.renderer.closed_forms import irradiance as irradiance_module
+from nusselt.renderer.closed_forms import lambert_formula
+from nusselt.renderer.geometry.recentre import near_origin
 
 CASE = next(case for case in json.loads(OWN.read_text()) if "touches the horizon" in case["name"])
 """The closed form's own horizon: what a strict clip gets wrong."""

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from renderer.closed_forms.sun import sun_irradiance
-from renderer.lights import SunLight
-from renderer.vectors import column
+from nusselt.renderer.closed_forms.sun import sun_irradiance
+from nusselt.renderer.lights import SunLight
+from nusselt.renderer.vectors import column
 
 
 def by_quadrature(alpha: float, theta: float) -> float:

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from builders import GREY, box, geometry, lamp, scene, sphere_mesh
 
-import renderer.image_boxes as image_boxes
-import renderer.nearest as nearest
-import renderer.pencil as pencil
-from renderer.camera import pixel_centres, primary_directions
-from renderer.geometry import build_geometry
-from renderer.image_boxes import ImageBoxes
-from renderer.primary import first_hits
-from renderer.scene import Camera
-from renderer.surfaces import Ellipsoid, Mesh
-from renderer.vectors import column, dot
+import nusselt.renderer.camera.edge_functions as pencil
+import nusselt.renderer.camera.nearest as nearest
+import nusselt.renderer.camera.screen_boxes as image_boxes
+from nusselt.renderer.camera.first_hits import first_hits
+from nusselt.renderer.camera.rays import pixel_centres, primary_directions
+from nusselt.renderer.camera.screen_boxes import ImageBoxes
+from nusselt.renderer.geometry.arrays import build_geometry
+from nusselt.renderer.scene import Camera
+from nusselt.renderer.surfaces import Ellipsoid, Mesh
+from nusselt.renderer.vectors import column, dot
 
 OBLIQUE = Camera((1.3, 2.9, 4.7), (0.1, 0.0, -0.2), (0.1, 1.0, 0.05), 40.0)
 SIZE = (48, 40)
@@ -62,7 +62,7 @@ def every_way(s, monkeypatch):
         yield seen(s, 16)
         for block in (1, 300):
             monkeypatch.setattr(pencil, "BLOCK", block)
-            monkeypatch.setattr("renderer.pairs.BLOCK", block)
+            monkeypatch.setattr("nusselt.renderer.geometry.ragged.BLOCK", block)
             monkeypatch.setattr(nearest, "MANY", 7)
             yield seen(s, 16)
         monkeypatch.undo()

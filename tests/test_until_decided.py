@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 from builders import floor, lamp, scene
 
-from experiments import check as check_module
-from experiments import until_decided as until_module
-from experiments.check import Question
-from experiments.combine import combine_images, combine_references
-from experiments.inference import Level
-from experiments.store import Store, key_of
-from experiments.until_decided import check_until
-from experiments.verdict import NOTHING
-from mitsuba_bridge.reference import ReferenceUnavailable, render_reference
-from renderer.estimators import Area
-from renderer.image import Image, render
+from nusselt.experiments.check import check as check_module
+from nusselt.experiments.check import sequential as until_module
+from nusselt.experiments.check.check import Question
+from nusselt.experiments.check.sequential import check_until
+from nusselt.experiments.combine import combine_images, combine_references
+from nusselt.experiments.inference import Level
+from nusselt.experiments.results.store import Store, key_of
+from nusselt.experiments.verdict import NOTHING
+from nusselt.mitsuba_bridge.reference import ReferenceUnavailable, render_reference
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.image import Image, render
 
 
 def lit():

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from experiments.catalogue import load
-from experiments.decision import decide
-from experiments.earned import FEWEST, PASSES, Side, is_heavy
-from experiments.inference import Bias, Level, pooled_bias, welch
-from experiments.plain_pixels import too_many_unjudged
-from experiments.runs.measure import small
-from experiments.spreads import log_ratio_error, pass_spread, variance_ratio
-from mitsuba_bridge.tolerance import ray_tolerance
-from renderer.estimators import Area
-from renderer.image import render
+from nusselt.experiments.decision import decide
+from nusselt.experiments.earned import FEWEST, PASSES, Side, is_heavy
+from nusselt.experiments.inference import Bias, Level, pooled_bias, welch
+from nusselt.experiments.plain_pixels import too_many_unjudged
+from nusselt.experiments.runs.measure import small
+from nusselt.experiments.scenes.catalogue import load
+from nusselt.experiments.spreads import log_ratio_error, pass_spread, variance_ratio
+from nusselt.mitsuba_bridge.tolerance import ray_tolerance
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.image import render
 
 FALSE_ALARM = 1e-6
 
@@ -170,7 +170,7 @@ def test_the_advised_samples_decide():
 def test_pixels_without_noise_are_compared_one_by_one():
     from test_calibration import image_of, reference_of
 
-    from experiments.plain_pixels import still_failures
+    from nusselt.experiments.plain_pixels import still_failures
 
     right = np.ones((4, 100))
     ours, theirs = image_of(right), reference_of(right)
@@ -185,7 +185,7 @@ def test_pixels_without_noise_are_compared_one_by_one():
 def test_black_pixels_of_a_noisy_reference_may_have_missed_what_is_rare():
     from test_calibration import image_of, reference_of
 
-    from experiments.plain_pixels import still_failures
+    from nusselt.experiments.plain_pixels import still_failures
 
     ours = image_of(np.full((4, 100), 0.02))
     black = np.zeros((32, 100))

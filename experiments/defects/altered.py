@@ -8,12 +8,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from renderer.estimators import Claim
-from renderer.light_points import beams, colour, extended_beams, unit_square
-from renderer.lights import Light, QuadLight, SunLight
-from renderer.needs import Needs, Source
-from renderer.shading import ShadingPoints, reflect
-from renderer.vectors import Floats
+from nusselt.renderer.estimators import Claim
+from nusselt.renderer.light_points import beams, colour, extended_beams, unit_square
+from nusselt.renderer.lights import Light, QuadLight, SunLight
+from nusselt.renderer.needs import Needs, Source
+from nusselt.renderer.shading import ShadingPoints, reflect
+from nusselt.renderer.vectors import Floats
 
 Lay = Callable[[np.random.Generator, int, int, bool], tuple[Floats, Floats]]
 Beam = Callable[[ShadingPoints, Light, Floats, Floats], tuple[Floats, Floats]]

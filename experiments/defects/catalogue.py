@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from renderer.estimators import Analytic, Area, AreaLattice, ControlVariate, Exact
-from renderer.image import Image, render
-from renderer.scene import Scene
+from nusselt.renderer.estimators import Analytic, Area, AreaLattice, ControlVariate, Exact
+from nusselt.renderer.image import Image, render
+from nusselt.renderer.scene import Scene
 
 from . import estimators, images, scenes
 from .estimators import gain
@@ -34,7 +34,7 @@ class Planted:
         What shows it.
     estimator : Estimator
     render : callable
-        Instead of `renderer.image.render`.
+        Instead of `nusselt.renderer.image.render`.
     convert : callable
         What the converter makes of the scene before Mitsuba sees it.
     margin : float

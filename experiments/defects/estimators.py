@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from renderer.light_points import unit_square
-from renderer.lights import Light, PointLight, QuadLight, SunLight
-from renderer.needs import Source
-from renderer.shading import ShadingPoints, lobe, reflect
-from renderer.shadows import Blockers
-from renderer.vectors import Floats, column, cross, dot
+from nusselt.renderer.light_points import unit_square
+from nusselt.renderer.lights import Light, PointLight, QuadLight, SunLight
+from nusselt.renderer.needs import Source
+from nusselt.renderer.shading import ShadingPoints, lobe, reflect
+from nusselt.renderer.vectors import Floats, column, cross, dot
+from nusselt.renderer.visibility.segments import Blockers
 
 from .altered import Altered
 

@@ -7,10 +7,9 @@ import math
 import numpy as np
 from scipy import stats
 
-from mitsuba_bridge.reference import Reference
-from renderer.image import Image
-
-from ..files import to_levels
+from nusselt.experiments.files import to_levels
+from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.image import Image
 
 LEVELS = 1.0
 """Mean absolute difference of two 8-bit pictures that is let pass."""

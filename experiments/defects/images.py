@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from renderer.image import Image, render
-from renderer.scene import Scene
-from renderer.vectors import Floats
+from nusselt.renderer.image import Image, render
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats
 
 PLANES = (
     "first",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
-from renderer.scene import Camera, Scene
-from renderer.surfaces import Ellipsoid, Material, Mesh
+from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from nusselt.renderer.scene import Camera, Scene
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 
 SIZE = (64, 48)
 GREY = Material((0.5, 0.5, 0.5))

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from renderer.estimators import Analytic, ControlVariate, Estimator, Exact
-from renderer.image import prepare, render
-from renderer.scene import Scene
-from renderer.vectors import Floats
+from nusselt.renderer.estimators import Analytic, ControlVariate, Estimator, Exact
+from nusselt.renderer.image import prepare, render
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats
 
 SURE = 5.0
 """Standard errors beyond which an unbiased mean is not found once in a million times."""

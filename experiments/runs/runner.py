@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, as_completed
 
-from ..results import plain
-from .declared import Job, Outcome
+from nusselt.experiments.results.document import plain
+
+from .experiment import Job, Outcome
 from .store import Store
 
 Progress = Callable[[int, int], None]

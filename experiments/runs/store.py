@@ -12,23 +12,24 @@ from typing import Any
 
 import numpy as np
 
-from renderer.scene import Scene
+from nusselt import experiments, mitsuba_bridge, renderer
+from nusselt.experiments.files import replacing
+from nusselt.experiments.results.document import package_versions, plain
+from nusselt.renderer.scene import Scene
 
-from ..files import replacing
-from ..results import package_versions, plain
-from .declared import Job, Outcome
+from .experiment import Job, Outcome
 
-ROOT = Path(__file__).resolve().parent.parent.parent
-ROOMS = ("renderer", "mitsuba_bridge", "experiments")
+PACKAGES = (renderer, mitsuba_bridge, experiments)
 
 
 @lru_cache(maxsize=1)
 def code_digest() -> str:
     """SHA-256 of the project's own source and of the versions of what it uses."""
     told = hashlib.sha256(json.dumps(package_versions(), sort_keys=True).encode())
-    for room in ROOMS:
-        for path in sorted((ROOT / room).rglob("*.py")):
-            told.update(str(path.relative_to(ROOT)).encode())
+    for package in PACKAGES:
+        (root,) = package.__path__
+        for path in sorted(Path(root).rglob("*.py")):
+            told.update(f"{package.__name__}/{path.relative_to(root).as_posix()}".encode())
             told.update(path.read_bytes())
     return told.hexdigest()
 

@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from renderer.errors import InputError
-from renderer.scene import Scene
+from nusselt.experiments.runs.experiment import Job, Outcome, Row, Settings
+from nusselt.experiments.scenes.catalogue import load
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.scene import Scene
 
-from ..catalogue import load
-from ..runs.declared import Job, Outcome, Row, Settings
 from .examine import Examined, Fault, examine, stream
 from .generator import KINDS, random_scene
 from .shrink import shrunk, told

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from renderer.geometry import Geometry
-from renderer.lights import DirectionalLight, Light, PointLight, QuadLight
-from renderer.shading import ShadingPoints
-from renderer.vectors import Floats, column, cross, dot, frame, unit
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight
+from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.vectors import Floats, column, cross, dot, frame, unit
 
 FLAT = 128 * 2.0**-53
 """Height over a plane, relative to the coordinates, that counts as none."""

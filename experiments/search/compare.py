@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from renderer.shading import ShadingPoints
-from renderer.vectors import Floats, dot
+from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.vectors import Floats, dot
 
 from .casters import unanimous
 from .judge import Seen, Values, seen, twin_values

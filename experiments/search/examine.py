@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from renderer.errors import InputError
-from renderer.estimators import Exact
-from renderer.scene import Scene
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import Exact
+from nusselt.renderer.scene import Scene
 
 from .casters import unanimous
 from .compare import compare

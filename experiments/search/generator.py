@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.errors import InputError
-from renderer.scene import Camera, Scene
-from renderer.surfaces import Mesh
+from nusselt.experiments.scenes.shapes import box
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.scene import Camera, Scene
+from nusselt.renderer.surfaces import Mesh
 
-from ..stiff.shapes import box
 from .lamps import lamps
 from .motions import Motion, carried, turn
 from .things import Maker

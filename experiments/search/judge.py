@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from renderer.camera import pixel_centres
-from renderer.estimators.analytic import without_shadows
-from renderer.geometry import Geometry, build_geometry
-from renderer.needs import Source, find_needs
-from renderer.recentre import near_origin
-from renderer.scene import Scene
-from renderer.shading import ShadingPoints
-from renderer.vectors import Floats
-from renderer.view import View, look
+from nusselt.renderer.camera.rays import pixel_centres
+from nusselt.renderer.camera.view import View, look
+from nusselt.renderer.estimators.analytic import without_shadows
+from nusselt.renderer.geometry.arrays import Geometry, build_geometry
+from nusselt.renderer.geometry.recentre import near_origin
+from nusselt.renderer.needs import Source, find_needs
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.vectors import Floats
 
 from .motions import places
 from .sensitivity import scale_of

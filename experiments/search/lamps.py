@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from renderer.lights import DirectionalLight, PointLight
+from nusselt.renderer.lights import DirectionalLight, PointLight
 
 from .things import Maker
 

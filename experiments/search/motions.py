@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from renderer.checked import Vec3
-from renderer.lights import DirectionalLight, Light, PointLight, QuadLight
-from renderer.scene import Camera, Scene
-from renderer.surfaces import Ellipsoid, Mesh
-from renderer.vectors import Floats, transform
+from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight
+from nusselt.renderer.scene import Camera, Scene
+from nusselt.renderer.surfaces import Ellipsoid, Mesh
+from nusselt.renderer.validation import Vec3
+from nusselt.renderer.vectors import Floats, transform
 
 
 @dataclass(frozen=True, eq=False)

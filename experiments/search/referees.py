@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from renderer.geometry import Geometry
-from renderer.lights import DirectionalLight, PointLight, QuadLight
-from renderer.scene import Scene
-from renderer.shading import ShadingPoints
-from renderer.vectors import Floats, column, cross, dot, frame
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.vectors import Floats, column, cross, dot, frame
 
 from .casters import FLAT, coplanar, end_of, hidden, in_plane, reach
 from .sensitivity import to_light

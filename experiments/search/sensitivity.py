@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from renderer.geometry import Geometry
-from renderer.lights import DirectionalLight, Light, PointLight, QuadLight
-from renderer.shading import ShadingPoints
-from renderer.vectors import Floats, column, cross, dot
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight
+from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.vectors import Floats, column, cross, dot
 
 from .motions import corners
 

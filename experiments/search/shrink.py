@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from renderer.errors import InputError
-from renderer.lights import DirectionalLight, PointLight, QuadLight
-from renderer.scene import Scene
-from renderer.scene_text import write_scene
-from renderer.surfaces import Ellipsoid, Material, Mesh
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.scene_text import write_scene
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 
 from .examine import EXACT, ITSELF, Fault, examine
 from .judge import seen

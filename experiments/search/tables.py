@@ -7,9 +7,10 @@ from typing import Any
 
 from rich.console import Group
 
-from ..runs.declared import Outcome, Row
-from ..runs.figures import BLUE, RED, canvas
-from ..runs.tables import table
+from nusselt.experiments.results.figures import BLUE, RED, canvas
+from nusselt.experiments.results.study_tables import table
+from nusselt.experiments.runs.experiment import Outcome, Row
+
 from .examine import SECONDS
 from .referees import LEVEL
 

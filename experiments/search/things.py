@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from renderer.lights import Light, QuadLight
-from renderer.surfaces import Ellipsoid, Material, Mesh
-from renderer.vectors import Floats
+from nusselt.experiments.scenes.shapes import box
+from nusselt.renderer.lights import Light, QuadLight
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
+from nusselt.renderer.vectors import Floats
 
-from ..stiff.shapes import box
 from .motions import rows
 
 EXPONENTS = (0.0, 0.5, 1.0, 2.0, 7.3, 20.0, 100.0, 1000.0, 1e5)

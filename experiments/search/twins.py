@@ -11,12 +11,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from renderer.lights import Light, QuadLight
-from renderer.scene import Scene
-from renderer.surfaces import Material, Mesh
-from renderer.vectors import Floats
+from nusselt.experiments.scenes.shapes import box
+from nusselt.renderer.lights import Light, QuadLight
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.surfaces import Material, Mesh
+from nusselt.renderer.vectors import Floats
 
-from ..stiff.shapes import box
 from .motions import Motion, carried, corners_exact, places, rounding, turn
 
 

@@ -19,8 +19,8 @@ from functools import cache
 
 import numpy as np
 
-from ..geometry import Bools, Ints
-from ..vectors import Floats, cross, dot
+from nusselt.renderer.geometry.arrays import Bools, Ints
+from nusselt.renderer.vectors import Floats, cross, dot
 
 EPS = float(np.finfo(np.float64).eps)
 FALL = 37.0

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from ..vectors import Floats
+from nusselt.renderer.vectors import Floats
 
 NODES = (6, 10, 14, 20, 28, 40)
 """Numbers of nodes to choose from."""

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..vectors import Floats, cross, dot
+from nusselt.renderer.vectors import Floats, cross, dot
+
 from . import double_double as dd
 from .double_double import Pair
 from .polygon_clip import DOUBT, Edge, Patch, ratio

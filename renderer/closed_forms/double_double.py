@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..vectors import Floats
+from nusselt.renderer.vectors import Floats
 
 Pair: TypeAlias = tuple[Floats, Floats]
 

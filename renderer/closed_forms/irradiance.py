@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from ..vectors import Floats, cross, dot
+from nusselt.renderer.vectors import Floats, cross, dot
+
 from .area_fan import irradiance_by_area
 from .lambert_formula import lambert
 from .polygon_clip import Bools, exponent_scale

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..vectors import Floats, dot
+from nusselt.renderer.vectors import Floats, dot
 
 ROUNDINGS = 3.0
 """Rounding errors of one term, in units of eps theta/sin(theta) (1 + |v|max/|a| + |v|max/|b|); 0.9 measured."""

@@ -18,7 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from ..vectors import Floats, cross, dot
+from nusselt.renderer.vectors import Floats, cross, dot
+
 from .arc_lobe import lobe_arcs
 from .arc_moments import FAR, FULL, TAIL, Panels, moments
 from .polygon_clip import Bools

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..vectors import Floats, dot, frame, unit
+from nusselt.renderer.vectors import Floats, dot, frame, unit
+
 from . import double_double as dd
 from .double_double import Pair
 from .polygon_clip import DOUBT, Bools, Corner, Edge, Patch, ratio

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from ..vectors import Floats, cross, dot
+from nusselt.renderer.vectors import Floats, cross, dot
+
 from .polygon_clip import Bools
 
 NODES = (4, 6, 8, 11, 15)

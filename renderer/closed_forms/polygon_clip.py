@@ -14,7 +14,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..vectors import Floats
+from nusselt.renderer.vectors import Floats
+
 from . import double_double as dd
 from .double_double import Pair
 

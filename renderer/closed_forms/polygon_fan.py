@@ -25,7 +25,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..vectors import Floats
+from nusselt.renderer.vectors import Floats
 
 Ints: TypeAlias = NDArray[np.integer[Any]]
 

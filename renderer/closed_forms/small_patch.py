@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..vectors import Floats, cross, dot
+from nusselt.renderer.vectors import Floats, cross, dot
 
 NODES = ((0.04, 4), (0.13, 6), (0.36, 9))
 """Up to which longer side over distance of the centre how many nodes a side leave 2e-16."""

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from ..lights import SunLight
-from ..vectors import Floats, column, dot
+from nusselt.renderer.lights import SunLight
+from nusselt.renderer.vectors import Floats, column, dot
 
 
 def sun_irradiance(light: SunLight, normals: Floats) -> Floats:

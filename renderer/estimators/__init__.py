@@ -53,7 +53,7 @@ def estimator_named(name: str, samples: int, stratified: bool) -> Estimator:
     InputError
         If no estimator has that name, or strata are asked of a number that is not a square.
     """
-    from ..errors import InputError
+    from nusselt.renderer.errors import InputError
 
     for kind in ESTIMATORS:
         if kind.name == name:

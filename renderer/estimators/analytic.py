@@ -12,12 +12,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..light_points import beams, colour
-from ..lights import QuadLight, SunLight
-from ..needs import Needs, Source
-from ..shading import ShadingPoints, reflect
-from ..unshadowed import quad_light, sun_light
-from ..vectors import Floats, column, dot
+from nusselt.renderer.light_points import beams, colour
+from nusselt.renderer.lights import QuadLight, SunLight
+from nusselt.renderer.needs import Needs, Source
+from nusselt.renderer.shading import ShadingPoints, reflect
+from nusselt.renderer.unshadowed import quad_light, sun_light
+from nusselt.renderer.vectors import Floats, column, dot
+
 from .protocol import Claim
 
 

@@ -12,11 +12,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..errors import InputError
-from ..light_points import beams, colour
-from ..needs import Needs, Source
-from ..shading import ShadingPoints, reflect
-from ..vectors import Floats, dot
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.light_points import beams, colour
+from nusselt.renderer.needs import Needs, Source
+from nusselt.renderer.shading import ShadingPoints, reflect
+from nusselt.renderer.vectors import Floats, dot
+
 from .protocol import BLOCK, Claim, square_number
 
 

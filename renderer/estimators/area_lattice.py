@@ -12,12 +12,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..errors import InputError
-from ..light_points import colour, extended_beams, lattice
-from ..lights import QuadLight, SunLight
-from ..needs import Needs, Source
-from ..shading import ShadingPoints, reflect
-from ..vectors import Floats
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.light_points import colour, extended_beams, lattice
+from nusselt.renderer.lights import QuadLight, SunLight
+from nusselt.renderer.needs import Needs, Source
+from nusselt.renderer.shading import ShadingPoints, reflect
+from nusselt.renderer.vectors import Floats
+
 from .area import Area
 from .protocol import BLOCK, Claim
 

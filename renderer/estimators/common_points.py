@@ -16,13 +16,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..common_visibility import CommonVisibility
-from ..errors import InputError
-from ..light_points import beams, colour, extended_beams
-from ..lights import PointLight, QuadLight, SunLight
-from ..needs import Needs, Source
-from ..shading import ShadingPoints, reflect
-from ..vectors import Floats, column, dot
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.light_points import beams, colour, extended_beams
+from nusselt.renderer.lights import PointLight, QuadLight, SunLight
+from nusselt.renderer.needs import Needs, Source
+from nusselt.renderer.shading import ShadingPoints, reflect
+from nusselt.renderer.vectors import Floats, column, dot
+from nusselt.renderer.visibility.shared_points import CommonVisibility
+
 from .analytic import without_shadows
 from .protocol import Claim
 

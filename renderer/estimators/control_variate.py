@@ -11,10 +11,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..light_points import beams, colour
-from ..needs import Needs, Source
-from ..shading import ShadingPoints, reflect
-from ..vectors import Floats
+from nusselt.renderer.light_points import beams, colour
+from nusselt.renderer.needs import Needs, Source
+from nusselt.renderer.shading import ShadingPoints, reflect
+from nusselt.renderer.vectors import Floats
+
 from .analytic import without_shadows
 from .protocol import BLOCK, Claim, square_number
 

@@ -14,14 +14,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..errors import InputError
-from ..exact.quad import QuadShadows
-from ..exact.standing import Standing
-from ..lights import QuadLight
-from ..needs import Needs, Source
-from ..penumbra import bounds_alone, mesh_radiance, why_not
-from ..shading import ShadingPoints
-from ..vectors import Floats
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.needs import Needs, Source
+from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.soft_shadows.convex.candidates import Standing
+from nusselt.renderer.soft_shadows.convex.quad import QuadShadows
+from nusselt.renderer.soft_shadows.meshes import bounds_alone, mesh_radiance, why_not
+from nusselt.renderer.vectors import Floats
+
 from .analytic import closed_form
 from .control_variate import ControlVariate
 from .protocol import Claim

@@ -7,10 +7,10 @@ from typing import ClassVar, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
-from ..errors import InputError
-from ..needs import Needs, Source
-from ..shading import ShadingPoints
-from ..vectors import Floats
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.needs import Needs, Source
+from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.vectors import Floats
 
 Claim = Literal["exact", "unbiased", "consistent", "biased"]
 """exact: no error beyond rounding. unbiased: noise only. consistent: bias that vanishes with samples.

@@ -15,12 +15,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..light_points import colour, quad_beams, stratum_centres, unit_square
-from ..lights import QuadLight
-from ..needs import Needs, Source
-from ..shading import ShadingPoints
-from ..unshadowed import quad_patch
-from ..vectors import Floats, column
+from nusselt.renderer.light_points import colour, quad_beams, stratum_centres, unit_square
+from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.needs import Needs, Source
+from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.unshadowed import quad_patch
+from nusselt.renderer.vectors import Floats, column
+
 from .analytic import without_shadows
 from .protocol import BLOCK, Claim, square_number
 from .visibility_centre import VisibilityCentre

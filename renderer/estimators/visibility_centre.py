@@ -11,11 +11,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..light_points import beams, colour, extended_beams, stratum_centres, unit_square
-from ..lights import QuadLight, SunLight
-from ..needs import Needs, Source
-from ..shading import ShadingPoints, reflect
-from ..vectors import Floats
+from nusselt.renderer.light_points import beams, colour, extended_beams, stratum_centres, unit_square
+from nusselt.renderer.lights import QuadLight, SunLight
+from nusselt.renderer.needs import Needs, Source
+from nusselt.renderer.shading import ShadingPoints, reflect
+from nusselt.renderer.vectors import Floats
+
 from .protocol import BLOCK, Claim, square_number
 
 

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..errors import InputError
+from nusselt.renderer.errors import InputError
+
 from .obj import read_obj
 from .ply import read_ply
 from .surface import Surface

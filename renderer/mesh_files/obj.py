@@ -6,7 +6,8 @@ import re
 
 import numpy as np
 
-from ..errors import InputError
+from nusselt.renderer.errors import InputError
+
 from .surface import Surface, fans
 
 IGNORED = {b"vn", b"vt", b"g", b"o", b"s", b"usemtl", b"mtllib", b"l", b"p", b"lod", b"usemap", b"maplib"}

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from nusselt.renderer.errors import InputError
+
 from .surface import Surface, fans
 
 TYPES = {

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
-from ..surfaces import Floats, has_area
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.surfaces import Floats, has_area
 
 MAX_TRIANGLES = 1 << 23
 

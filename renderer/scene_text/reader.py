@@ -11,8 +11,9 @@ import math
 import re
 from pathlib import Path
 
-from ..errors import InputError
-from ..scene import Scene
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.scene import Scene
+
 from .commands import COMMANDS, NUMBER, REFUSED
 from .state import SceneState
 

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from ..checked import Vec3
-from ..errors import InputError
-from ..lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
-from ..mesh_files import find_inside, read_mesh_file
-from ..scene import Camera, Scene
-from ..surfaces import Ellipsoid, Material, Mesh
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from nusselt.renderer.mesh_files import find_inside, read_mesh_file
+from nusselt.renderer.scene import Camera, Scene
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
+from nusselt.renderer.validation import Vec3
+
 from . import transforms
 from .triangle_pile import TrianglePile
 

@@ -12,9 +12,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..checked import Vec3
-from ..errors import InputError
-from ..surfaces import Floats
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.surfaces import Floats
+from nusselt.renderer.validation import Vec3
 
 Row: TypeAlias = tuple[float, float, float, float]
 Affine: TypeAlias = tuple[Row, Row, Row]  # x -> the first three columns times x, plus the fourth

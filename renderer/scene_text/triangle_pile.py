@@ -8,8 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
-from ..surfaces import Floats, Material, Mesh, has_area
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.surfaces import Floats, Material, Mesh, has_area
+
 from .transforms import Affine, apply_each
 
 

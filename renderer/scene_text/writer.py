@@ -7,10 +7,11 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from ..checked import Vec3
-from ..lights import DirectionalLight, Light, PointLight, QuadLight
-from ..scene import Scene
-from ..surfaces import Ellipsoid, Material, Mesh
+from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
+from nusselt.renderer.validation import Vec3
+
 from .state import check_output
 
 

@@ -1,0 +1,245 @@
+"""The main job: a scene in, a verdict out.
+
+Our image is made in as many passes as bring its pooled noise below a share of the margin (sized by a pilot
+whose data are then dropped: only its variance is looked at), Mitsuba's likewise; then the two are judged.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+import zlib
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from nusselt.experiments.inference import Level
+from nusselt.experiments.verdict import Verdict, judge
+from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
+from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable, render_reference
+from nusselt.mitsuba_bridge.tolerance import ray_tolerance
+from nusselt.renderer.estimators import Estimator, estimator_named
+from nusselt.renderer.image import Image, prepare, render
+from nusselt.renderer.pixels import AreaImage, render_area
+from nusselt.renderer.scene import Scene
+
+from .estimators import estimator_at, is_path
+from .expectations import Offsets, appearance, prior_of
+from .rows import head_of, row_of, row_without
+
+ROOM = 8.0
+"""The standard error of the difference is brought to the margin over this: 4.8 of them to the end of the
+interval (31 degrees of freedom, a dozen rows), 3.2 for the estimate's own noise."""
+PILOT = 2
+PILOT_COMMON = 8
+"""For estimators whose pixels share their light points."""
+MAX_PASSES = 4096
+MAX_SAMPLES = 1 << 16
+"""Mitsuba's samples per pixel and light, at most."""
+
+Progress = Callable[[str, int, int], None]
+
+
+def chosen_estimator(scene: Scene, name: str | None, samples: int | None, stratified: bool | None) -> Estimator:
+    """What the user asks for, and for the rest what the scene does."""
+    name = name or {"analyticdirect": "analytic", "direct": "area"}[scene.integrator]
+    strata = scene.stratify if stratified is None else stratified
+    named = estimator_at if is_path(name) else estimator_named
+    return named(name, samples or scene.light_samples, strata)
+
+
+PixelRule = Literal["centre", "area"]
+BOX_RAYS = 16
+"""Rays over a pixel's box for an estimator with noise, where the scene names no number."""
+
+
+def with_pixel_rule(scene: Scene, rule: PixelRule | None) -> Scene:
+    """The scene with pixels by their centres or by their areas, on both renderers; None: as it says itself."""
+    if rule is None:
+        return scene
+    return scene.with_(spp=1 if rule == "centre" else scene.spp if scene.spp > 1 else BOX_RAYS)
+
+
+def draw_area(
+    scene: Scene, estimator: Estimator, rule: PixelRule | None, tolerance: float, executor: Executor | None
+) -> AreaImage | None:
+    """Pixels by area without sampling, if that is asked for and the estimator has no noise in this scene."""
+    needs = prepare(scene).needs
+    if rule != "area" or estimator.is_random(needs):
+        return None
+    return render_area(scene, estimator, tolerance=tolerance, executor=executor)
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked of every scene.
+
+    Parameters
+    ----------
+    estimator : str or None
+        None: the one the scene's integrator names.
+    samples : int or None
+        Per light; None: the scene's.
+    stratified : bool or None
+        None: the scene's.
+    margin : float
+        Relative bias declared not to matter.
+    seed : int
+    level : Level
+    timeout : float
+        Seconds the reference may take.
+    shadow_origin : str
+        ``surface``, or ``mitsuba`` for its rule.
+    pixel_rule : {"centre", "area"} or None
+        None: the scene's.
+    tolerance : float or None
+        Relative RMS error of pixels by area from an estimator without noise; None: the margin over 8.
+    """
+
+    estimator: str | None = None
+    samples: int | None = None
+    stratified: bool | None = None
+    margin: float = 1e-3
+    seed: int = 0
+    level: Level = field(default_factory=Level)
+    timeout: float = 600.0
+    shadow_origin: str = "surface"
+    pixel_rule: PixelRule | None = None
+    tolerance: float | None = None
+
+    def of(self, scene: Scene) -> Estimator:
+        """The estimator to use on a scene."""
+        return chosen_estimator(scene, self.estimator, self.samples, self.stratified)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One row and the images behind it; images are None where the reference could not run."""
+
+    row: dict[str, Any]
+    ours: Image
+    reference: Reference | None
+    verdict: Verdict | None
+
+    def _repr_html_(self) -> str:
+        from nusselt.experiments.results.notebook import answer_html
+
+        return answer_html(self)
+
+
+def seeds(seed: int, *names: str) -> list[int]:
+    """Three seeds (pilot, ours, reference) that depend on the names but not on any order."""
+    root = np.random.SeedSequence([seed, *(zlib.crc32(name.encode()) for name in names)])
+    return [int(state) for state in root.generate_state(3)]
+
+
+class References:
+    """References rendered in this run, so that variants of one scene share theirs."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, tuple[float, Reference]] = {}
+        self.offsets: Offsets = {}
+
+    def get(self, scene: Scene, question: Question, target: float, progress: Progress | None) -> Reference:
+        """The reference of a scene, its relative standard error at ``target`` or below."""
+        bare = appearance(scene)
+        key = bare.digest()
+        kept = self._kept.get(key)
+        if kept is None or kept[0] > target:
+            made = render_reference(
+                bare,
+                seed=seeds(question.seed, bare.digest())[2],
+                target_relative_se=target,
+                max_samples=MAX_SAMPLES,
+                timeout=question.timeout,
+                progress=None if progress is None else lambda done, total: progress("reference", done, total),
+            )
+            self._kept[key] = kept = (target, made)
+        return kept[1]
+
+
+def our_image(
+    scene: Scene,
+    estimator: Estimator,
+    question: Question,
+    executor: Executor | None,
+    progress: Progress | None,
+) -> tuple[Image, int, dict[str, Any]]:
+    """Our image, its number of passes, and raw seconds."""
+    needs = prepare(scene).needs
+    pilot_seed, seed, _ = seeds(question.seed, scene.name, estimator.name)
+    started = time.perf_counter()
+    offset = mitsuba_offset(scene) if question.shadow_origin == "mitsuba" else None
+    tolerance = question.tolerance or question.margin / ROOM
+    area = draw_area(scene, estimator, question.pixel_rule, tolerance, executor)
+    if area is not None:
+        return area.image, 1, {"pilot": 0.0, "ours": time.perf_counter() - started}
+    passes = 1
+    if scene.spp > 1 or estimator.is_random(needs):
+        common = getattr(estimator, "common", False)
+        pilot = render(scene, estimator, seed=pilot_seed, passes=PILOT_COMMON if common else PILOT, executor=executor)
+        passes = _passes(pilot, question.margin / ROOM / math.sqrt(2))
+    piloted = time.perf_counter()
+    image = render(
+        scene,
+        estimator,
+        seed=seed,
+        passes=passes,
+        executor=executor,
+        tolerance=ray_tolerance(scene),
+        offset=offset,
+        progress=None if progress is None else lambda done, total: progress("ours", done, total),
+    )
+    return image, passes, {"pilot": piloted - started, "ours": time.perf_counter() - piloted}
+
+
+def _passes(pilot: Image, target: float) -> int:
+    """Passes that bring the pooled relative standard error to the target."""
+    shaded = pilot.shaded & np.isfinite(pilot.pixel_variance)
+    mean = float(np.abs(pilot.mean).mean(axis=0)[shaded].mean()) if shaded.any() else 0.0
+    if mean == 0:
+        return PILOT
+    one = math.sqrt(float(pilot.pixel_variance[shaded].sum()) * pilot.clumping) / shaded.sum() / mean
+    fewest = 4 if pilot.clumping == 1 else 32  # the clumping is known from the passes alone
+    return min(max(fewest, math.ceil((one / target) ** 2)), MAX_PASSES)
+
+
+def reference_target(question: Question, passes: int) -> float:
+    """Its relative standard error: two noisy sides share the room, a single one has it to itself."""
+    return question.margin / ROOM / (math.sqrt(2) if passes > 1 else 1)
+
+
+def check(
+    scene: Scene,
+    question: Question,
+    *,
+    command: str,
+    references: References,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> Answer:
+    """Render a scene on both sides and judge ours.
+
+    Parameters
+    ----------
+    command : str
+        The command that makes this row again.
+    """
+    estimator = question.of(scene)
+    ours, passes, seconds = our_image(scene, estimator, question, executor, progress)
+    head = head_of(scene, estimator, ours, passes, question.margin, question.seed, command)
+    started = time.perf_counter()
+    try:
+        reference = references.get(scene, question, reference_target(question, passes), progress)
+    except ReferenceUnavailable as problem:
+        return Answer(row_without(head, ours, problem, seconds), ours, None, None)
+    seconds = seconds | {"reference": time.perf_counter() - started, "mitsuba": reference.seconds}
+    started = time.perf_counter()
+    first = seeds(question.seed, scene.name)[0]
+    prior = prior_of(scene, estimator, first, question.timeout, executor, references.offsets)
+    seconds = seconds | {"prior": time.perf_counter() - started}
+    verdict = judge(ours, reference, passes=passes, margin=question.margin, level=question.level, prior=prior)
+    return Answer(row_of(head, verdict, reference, seconds), ours, reference, verdict)

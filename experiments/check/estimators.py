@@ -1,0 +1,66 @@
+"""A user's estimator, by the name it is imported under."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import re
+import sys
+from typing import Any
+
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import Estimator
+
+PATH = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
+ACCEPTED = "package.module:Name, a class as in renderer/estimators/protocol.py"
+MEMBERS = ("name", "summary", "claim", "is_random", "__call__")
+
+
+def is_path(name: str) -> bool:
+    """Whether an estimator's name is an import path rather than one of ours."""
+    return ":" in name
+
+
+def imported_estimator(path: str) -> type[Estimator]:
+    """The estimator class at ``package.module:Name``; the current folder is looked in too.
+
+    Raises
+    ------
+    InputError
+        If it is no such path, cannot be imported, or is no estimator.
+    """
+    if not PATH.fullmatch(path):
+        raise InputError("estimator", path, ACCEPTED)
+    module_name, _, name = path.partition(":")
+    here = os.getcwd()
+    if here not in sys.path:
+        sys.path.append(here)  # after the installed packages: nothing of theirs is hidden
+    try:
+        module = importlib.import_module(module_name)
+    except Exception as error:
+        told = f"a module that can be imported ({type(error).__name__}: {error})"
+        raise InputError("estimator", path, told[:200]) from error
+    kind: Any = getattr(module, name, None)
+    if not isinstance(kind, type):
+        raise InputError("estimator", path, f"a class of that name in {module_name}")
+    missing = [member for member in MEMBERS if not hasattr(kind, member)]
+    if missing:
+        raise InputError("estimator", path, f"a class with {', '.join(MEMBERS)}; it has no {missing[0]}")
+    return kind
+
+
+def estimator_at(path: str, samples: int, stratified: bool) -> Estimator:
+    """The estimator at a path with N samples per light.
+
+    Raises
+    ------
+    InputError
+    """
+    kind = imported_estimator(path)
+    try:
+        return kind(samples=samples, stratified=stratified)
+    except InputError:
+        raise
+    except Exception as error:
+        told = f"a class that takes samples and stratified ({type(error).__name__}: {error})"
+        raise InputError("estimator", path, told[:200]) from error

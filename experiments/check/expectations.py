@@ -1,0 +1,119 @@
+"""What a row is held to besides its mean: Mitsuba's own variance, and where its ray offset is known to be wrong."""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import Executor
+
+import numpy as np
+
+from nusselt.experiments.inference import TILES, tile_numbers
+from nusselt.experiments.verdict import Prior
+from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
+from nusselt.mitsuba_bridge.reference import ReferenceUnavailable
+from nusselt.mitsuba_bridge.variance import Setting, measure_spread
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import Area, Estimator
+from nusselt.renderer.image import prepare, render
+from nusselt.renderer.lights import SunLight
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats
+from nusselt.renderer.visibility.ray_offset import RayOffset
+
+
+def appearance(scene: Scene) -> Scene:
+    """The scene without what only our estimators read: scenes that look alike share a reference."""
+    return scene.with_(integrator="direct", light_samples=1, stratify=False, name="", output="", warnings=())
+
+
+STRATEGIES = {("area", False): "independent", ("area", True): "stratified"}
+"""Mitsuba's sampler that draws points on a light as (estimator, stratified) of ours does."""
+PATHS = 1 << 25
+"""Paths, at most, over pixels, samples and passes, from which its variance is measured."""
+PASSES = (4, 32)
+SURFACES = 2000
+"""Above so many triangles the offset's effect is not predicted: it looks at all of them for every ray."""
+
+
+def same_strategy(scene: Scene, estimator: Estimator) -> str | None:
+    """Mitsuba's sampler for the same strategy; None where it has none.
+
+    A sun is a far disk in Mitsuba, laid out otherwise: its strata are not ours.
+    """
+    if scene.spp > 1 or (estimator.stratified and any(isinstance(light, SunLight) for light in scene.lights)):
+        return None
+    return STRATEGIES.get((estimator.name, estimator.stratified))
+
+
+def mitsuba_variance(scene: Scene, estimator: Estimator, seed: int, timeout: float) -> Floats | None:
+    """Variance (h, w) of Mitsuba's image for the same strategy and samples; None where there is nothing to compare."""
+    needs = prepare(scene).needs
+    sampler = same_strategy(scene, estimator)
+    if sampler is None or not estimator.is_random(needs):
+        return None
+    # Independent samples: N of them have 1/N of the variance of one, and fewer are cheaper.
+    samples = estimator.samples if sampler == "stratified" else min(estimator.samples, 4)
+    passes = PATHS // (scene.width * scene.height * samples)
+    if passes < PASSES[0]:
+        return None
+    try:
+        setting = Setting(sampler, samples, min(passes, PASSES[1]))
+        found = measure_spread(scene, [setting], seed=seed, timeout=timeout)[0]
+    except ReferenceUnavailable:
+        return None  # the reference itself will say so
+    return found.variance * samples / estimator.samples
+
+
+def offset_of(scene: Scene) -> RayOffset | None:
+    """The rule of Mitsuba's shadow rays; None where nothing can be shadowed, or the rule is not known."""
+    _, geometry, needs = prepare(scene)
+    if not needs.visibility or geometry.triangles > SURFACES:
+        return None
+    try:
+        return mitsuba_offset(scene)
+    except (ReferenceUnavailable, InputError):
+        return None
+
+
+def tile_offset(scene: Scene, seed: int, executor: Executor | None = None) -> Floats | None:
+    """Size (8, 8) of the bias, radiance, that Mitsuba's rule brings to each tile: with it minus without it.
+
+    Both images have the same random numbers, so that only the rays that the rule moves past an edge differ; two
+    standard errors of what they leave are added.
+    """
+    rule = offset_of(scene)
+    if rule is None:
+        return None
+    side = math.isqrt(max(1, min(64, (1 << 24) // (scene.width * scene.height * 4)))) or 1
+    estimator = Area(samples=side * side, stratified=True)
+    plain = render(scene, estimator, seed=seed, executor=executor)
+    moved = render(scene, estimator, seed=seed, executor=executor, offset=rule)
+    shaded = plain.shaded
+    step = (moved.mean - plain.mean).mean(axis=0)[shaded]
+    number = tile_numbers(scene.height, scene.width)[shaded]
+    count, total, square = (
+        np.bincount(number, weights, minlength=TILES**2) for weights in (np.ones(step.size), step, step**2)
+    )
+    size = np.maximum(count, 1)
+    error = np.sqrt(square) / size
+    return np.asarray(np.abs(total / size) + 2 * error).reshape(TILES, TILES)
+
+
+Offsets = dict[tuple[str, int], Floats | None]
+
+
+def prior_of(
+    scene: Scene,
+    estimator: Estimator,
+    seed: int,
+    timeout: float,
+    executor: Executor | None,
+    kept: Offsets | None = None,
+) -> Prior:
+    """All of it, with seeds of its own; the offsets of scenes already seen are ``kept``."""
+    first, second = (int(state) for state in np.random.SeedSequence([seed, 0x9E3779B9]).generate_state(2))
+    kept = {} if kept is None else kept
+    key = (appearance(scene).digest(), second)
+    if key not in kept:
+        kept[key] = tile_offset(scene, second, executor)
+    return Prior(variance=mitsuba_variance(scene, estimator, first, timeout), tile_offset=kept[key])

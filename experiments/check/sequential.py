@@ -1,0 +1,156 @@
+"""`nusselt check --until-decided`: passes are added on both sides until a row is decided or the time is up.
+
+Each look at the data spends a share of the declared false-alarm rate, alpha/(k (k+1)) for look k, and is as large
+as all before it together. Its parts lie on disk, so that a run that was cut short goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any
+
+from nusselt.experiments.combine import combine_images, combine_references
+from nusselt.experiments.results.store import Store, key_of
+from nusselt.experiments.verdict import judge
+from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
+from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable, render_reference
+from nusselt.mitsuba_bridge.tolerance import ray_tolerance
+from nusselt.renderer.estimators import Estimator
+from nusselt.renderer.image import Image, render
+from nusselt.renderer.scene import Scene
+
+from .check import MAX_SAMPLES, Answer, Progress, Question, appearance, our_image, reference_target, seeds
+from .expectations import Prior, prior_of
+from .rows import head_of, row_of, row_without
+
+FOLDER = "passes"
+LOOKS = 20
+"""A millionfold of the first look's samples."""
+
+
+class Sides:
+    """Both sides of one row, a part for each look."""
+
+    def __init__(
+        self, scene: Scene, question: Question, folder: Path, executor: Executor | None, progress: Progress | None
+    ) -> None:
+        self.scene, self.question, self.executor, self.progress = scene, question, executor, progress
+        self.estimator: Estimator = question.of(scene)
+        asked = (question.seed, question.margin, question.shadow_origin, question.pixel_rule, question.tolerance)
+        self.ours_on_disk = Store(folder / FOLDER / key_of("ours", scene.digest(), scene.name, self.estimator, *asked))
+        self.bare = appearance(scene)
+        self.reference_on_disk = Store(folder / FOLDER / key_of("reference", self.bare.digest(), *asked))
+        self.ours: list[Image] = []
+        self.references: list[Reference] = []
+        self.seconds: dict[str, Any] = {"ours": 0.0, "reference": 0.0}
+
+    @property
+    def passes(self) -> int:
+        return sum(image.pass_means.size for image in self.ours)
+
+    def kept(self, look: int) -> bool:
+        """Whether a look costs nothing, because all of it is on disk."""
+        here = self.ours_on_disk.has(f"ours-{look}") or (look > 1 and self.passes == 1)
+        return here and self.reference_on_disk.has(self._reference_name(look))
+
+    def add(self, look: int) -> None:
+        """One more part on each side; none of ours where nothing in it is random."""
+        started = time.perf_counter()
+        if look == 1 or self.passes > 1:
+            self.ours.append(self.ours_on_disk.get(Image, f"ours-{look}", lambda: self._ours(look)))
+        rendered = time.perf_counter()
+        name = self._reference_name(look)
+        self.references.append(self.reference_on_disk.get(Reference, name, lambda: self._reference(look)))
+        self.seconds["ours"] += rendered - started
+        self.seconds["reference"] += time.perf_counter() - rendered
+
+    def _reference_name(self, look: int) -> str:
+        return f"reference-{'exact' if self.passes == 1 else 'noisy'}-{look}"
+
+    def _ours(self, look: int) -> Image:
+        if look == 1:
+            return our_image(self.scene, self.estimator, self.question, self.executor, self.progress)[0]
+        offset = mitsuba_offset(self.scene) if self.question.shadow_origin == "mitsuba" else None
+        return render(
+            self.scene,
+            self.estimator,
+            seed=seeds(self.question.seed, self.scene.name, self.estimator.name, f"look {look}")[1],
+            passes=self.passes,
+            executor=self.executor,
+            tolerance=ray_tolerance(self.scene),
+            offset=offset,
+            progress=self._told("ours"),
+        )
+
+    def _reference(self, look: int) -> Reference:
+        more = 2 ** max(look - 2, 0)
+        names = (self.bare.digest(), *((f"look {look}",) if look > 1 else ()))
+        return render_reference(
+            self.bare,
+            seed=seeds(self.question.seed, *names)[2],
+            target_relative_se=reference_target(self.question, self.passes) / more**0.5,
+            max_samples=MAX_SAMPLES * more,
+            timeout=self.question.timeout,
+            progress=self._told("reference"),
+        )
+
+    def _told(self, stage: str) -> Callable[[int, int], None] | None:
+        told = self.progress
+        return None if told is None else lambda done, total: told(stage, done, total)
+
+
+def check_until(
+    scene: Scene,
+    question: Question,
+    *,
+    command: str,
+    folder: Path,
+    budget: float,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> Answer:
+    """Check a scene, with twice the samples at each look, until it is decided.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the parts are kept.
+    budget : float
+        Seconds after which no look is begun that is not on disk already.
+    """
+    started = time.perf_counter()
+    sides = Sides(scene, question, folder, executor, progress)
+    prior = prior_of(scene, sides.estimator, seeds(question.seed, scene.name)[0], question.timeout, executor)
+    answer: Answer | None = None
+    look = 0
+    while True:
+        look += 1
+        begun = time.perf_counter()
+        try:
+            sides.add(look)
+        except ReferenceUnavailable as problem:
+            if answer is not None:
+                return answer  # what was had before has been judged
+            ours = sides.ours[0]
+            head = head_of(scene, sides.estimator, ours, sides.passes, question.margin, question.seed, command)
+            return Answer(row_without(head, ours, problem, sides.seconds), ours, None, None)
+        answer = _look(sides, question, prior, look, command)
+        now = time.perf_counter()
+        # The next look takes as long as all before it.
+        late = now - started + (now - begun) > budget
+        decided = answer.row["verdict"] != "undecided"
+        if decided or look == LOOKS or (late and not sides.kept(look + 1)):
+            return answer
+
+
+def _look(sides: Sides, question: Question, prior: Prior, look: int, command: str) -> Answer:
+    """Judge everything so far, at this look's share of the false-alarm rate."""
+    ours, reference = combine_images(sides.ours), combine_references(sides.references)
+    level = question.level.at_look(look)
+    verdict = judge(ours, reference, passes=sides.passes, margin=question.margin, level=level, prior=prior)
+    head = head_of(sides.scene, sides.estimator, ours, sides.passes, question.margin, question.seed, command)
+    seconds = sides.seconds | {"mitsuba": reference.seconds}
+    return Answer(row_of(head, verdict, reference, seconds) | {"looks": look}, ours, reference, verdict)

@@ -1,0 +1,73 @@
+"""`nusselt stability`: rows worst first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from nusselt.experiments.results.document import EXIT
+from nusselt.experiments.results.tables import console
+from nusselt.experiments.runs.experiment import Row
+from nusselt.experiments.runs.run import Request, run_one
+from nusselt.experiments.runs.workers import worker_pool
+from nusselt.experiments.studies.stability.study import STABILITY, file_jobs
+
+COLUMNS = (
+    *("name", "kind", "dtype", "form", "value", "error_bound", "oracle", "relative_error", "bound_held"),
+    *("condition", "textbook_error", "mitsuba"),
+)
+SHOWN = 40
+"""Rows in the terminal; the files have all."""
+
+
+def run_stability(files: Sequence[str], request: Request, progress_bar: Callable[[str], Any]) -> int:
+    """Run it; returns the exit status: 1 if a bound is violated, a value is not finite, or there is no row."""
+    asked = replace(STABILITY, jobs=partial(file_jobs, files)) if files else STABILITY
+    with worker_pool() as pool, progress_bar("stability") as report:
+        found, _ = run_one(asked, request, pool, lambda done, total: report("jobs", done, total))
+    rows = [{name: row[name] for name in COLUMNS} for row in found]
+    request.save(rows)
+    told = console(stderr=request.target == "-")
+    show(rows, told)
+    right = bool(rows) and all(row["bound_held"] and row["value"] is not None for row in rows)
+    return EXIT["as claimed"] if right else EXIT["not as claimed"]
+
+
+def badness(row: Row) -> tuple[bool, float]:
+    """What is worst: a broken bound, then the largest error of what stands in double precision."""
+    error = math.inf if row["relative_error"] is None else row["relative_error"]
+    return not row["bound_held"], error * (1e-9 if row["dtype"] == "float32" else 1.0)
+
+
+def _number(value: float | None, sign: str = "") -> str:
+    return "" if value is None else "0" if value == 0 else f"{value:{sign}.1e}"
+
+
+def show(rows: Sequence[Row], told: Console) -> None:
+    """A table, worst first, and a sentence."""
+    found = Table(box=box.SIMPLE, title="Closed forms and images against what they should give, worst first")
+    for name in ("case", "type", "form", "error", "its bound", "condition", "textbook", "Mitsuba"):
+        found.add_column(name, justify="left" if name in ("case", "type", "form") else "right", no_wrap=name != "case")
+    for row in sorted(rows, key=badness, reverse=True)[:SHOWN]:
+        found.add_row(
+            escape(row["name"]),
+            row["dtype"],
+            row["form"],
+            _number(row["relative_error"]) or "none",
+            _number(row["error_bound"]),
+            _number(row["condition"]),
+            _number(row["textbook_error"]),
+            _number(row["mitsuba"], "+"),
+            style=None if row["bound_held"] else "red",
+        )
+    told.print(found)
+    broken = sum(not row["bound_held"] for row in rows)
+    told.print(f"{len(rows)} rows, {min(SHOWN, len(rows))} shown; {broken} bounds violated or values not finite")

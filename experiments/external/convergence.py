@@ -1,0 +1,55 @@
+"""How a renderer's error falls with samples and with time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from nusselt.experiments.images.transfer import Quantiser
+from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.image import Image
+from nusselt.renderer.vectors import Floats
+
+from .program import Run
+
+
+def error_row(runs: list[Run], decode: Callable[[Run], Floats], seen: Image, truth: Reference) -> dict[str, Any]:
+    """RMS of one image at one number of samples, the truth's noise taken out, and every wall time."""
+    judged = seen.shaded & ~seen.unjudged
+    squares = []
+    for run in runs:
+        step = (decode(run) - truth.mean).mean(axis=0)[judged]
+        squares.append(float(np.nanmean(step * step - truth.pixel_standard_error[judged] ** 2)) if step.size else 0.0)
+    mean = float(np.abs(truth.mean).mean(axis=0)[judged].mean()) if judged.any() else 1.0
+    rms = math.sqrt(max(float(np.mean(squares)), 0.0))
+    return {
+        "samples": runs[0].samples,
+        "rms": rms,
+        "rms_relative": rms / (mean or 1.0),
+        "seconds": [run.seconds for run in runs],
+    }
+
+
+def slope(rows: list[dict[str, Any]], against: Callable[[dict[str, Any]], float]) -> float | None:
+    """Least-squares slope of log RMS; None where there are too few points or no error."""
+    points = [(against(row), row["rms"]) for row in rows if row["rms"] > 0 and against(row) > 0]
+    if len({x for x, _ in points}) < 2:
+        return None
+    x, y = np.log(np.array(points)).T
+    return float(np.polyfit(x, y, 1)[0])
+
+
+def convergence(by_samples: list[list[Run]], quantiser: Quantiser, seen: Image, truth: Reference) -> dict[str, Any]:
+    """The rows of error against samples and time, the first run of each kept apart, and their slopes."""
+    rows = [error_row(runs, lambda run: quantiser.decode(run.raw), seen, truth) for runs in by_samples]
+    for row in rows:
+        later = row["seconds"][1:] or row["seconds"]
+        row["seconds_first"], row["seconds_median"] = row["seconds"][0], float(np.median(later))
+    return {
+        "rows": rows,
+        "slope_samples": slope(rows, lambda row: row["samples"]),
+        "slope_seconds": slope(rows, lambda row: row["seconds_median"]),
+    }

@@ -1,0 +1,117 @@
+"""What a right image of a scene scores: our own renders of the same estimator at some of its pixels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from nusselt.experiments.course import SURE
+from nusselt.experiments.files import to_levels
+from nusselt.renderer.estimators import Estimator
+from nusselt.renderer.image import prepare, render
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats
+
+from .diagnosis.probe import LOOK, Probe
+
+PASSES = 8
+
+
+@dataclass(frozen=True)
+class Renders:
+    """Passes of an estimator at some pixels.
+
+    Parameters
+    ----------
+    passes : (p, 3, n) float64
+        Radiance.
+    deviation : (3, h, w) float64
+        Standard deviation of one pass; what was not rendered takes its neighbour's.
+    pixel_variance : (h, w) float64
+        Variance of the channels' average.
+    pixels : (n,) int64
+        Row-major numbers of the pixels.
+    """
+
+    passes: Floats
+    deviation: Floats
+    pixel_variance: Floats
+    pixels: np.ndarray
+
+
+def own_renders(scene: Scene, estimator: Estimator, probe: Probe, seed: int = 1) -> Renders:
+    """Render a scene some times with an estimator."""
+    needs = prepare(scene).needs
+    count = PASSES if estimator.is_random(needs) or scene.spp > 1 else 1
+    if scene.spp > 1:  # a pixel is its box: whole images
+        images = np.stack([render(scene, estimator, seed=seed + k).mean for k in range(count)])
+        flat = images.reshape(count, 3, -1)
+        return Renders(flat, *_noise(images), np.arange(scene.width * scene.height))
+    passes = np.stack([_pass(probe, estimator, np.random.default_rng([seed, k])) for k in range(count)])
+    deviation, variance = _noise(passes)
+    numbers = (probe.rows * scene.width + probe.columns).ravel()
+    return Renders(passes, probe.spread_out(deviation), probe.spread_out(variance), numbers)
+
+
+def _noise(passes: Floats) -> tuple[Floats, Floats]:
+    if len(passes) == 1:
+        return np.zeros(passes.shape[1:]), np.zeros(passes.shape[2:])
+    return passes.std(axis=0, ddof=1), passes.mean(axis=1).var(axis=0, ddof=1)
+
+
+def _pass(probe: Probe, estimator: Estimator, rng: np.random.Generator) -> Floats:
+    sight = probe.sight
+    out = sight.emission.copy()
+    needs = prepare(probe.scene).needs
+    for start in range(0, sight.points.count, LOOK):
+        some = np.arange(start, min(start + LOOK, sight.points.count))
+        points = sight.points.take(some)
+        for source in needs.sources:
+            out[:, sight.lit[some]] += estimator(points, source.seen_from(points.position), rng)
+    return out
+
+
+@dataclass(frozen=True)
+class Scores:
+    """The course's two scores of an image, in 8-bit levels and levels squared."""
+
+    bias: float
+    mse: float
+
+
+def course_scores(levels: Floats, truth: Floats, blur: float = 0.0) -> Scores:
+    """Bias and "variance" of eight-bit levels (3, n) against a reference in the course's own eight bits.
+
+    Parameters
+    ----------
+    truth : (3, n) float64
+        Radiance of the reference: clamped, times 255 and truncated here, as the course's own image is.
+    blur : float
+        Mean variance of the reference's own noise, levels squared, taken out.
+    """
+    step = to_levels(truth).astype(np.float64) - levels
+    return Scores(float(step.mean()), max(float((step * step).mean()) - blur, 0.0))
+
+
+def expected_scores(renders: Renders, truth: Floats, blur: float, size: int) -> dict[str, tuple[float, float]]:
+    """The interval each score of a right image of ``size`` pixels falls into.
+
+    Parameters
+    ----------
+    truth : (3, n) float64
+        At the renders' pixels.
+    """
+    steps = to_levels(truth).astype(np.float64) - np.stack([to_levels(one) for one in renders.passes])
+    sigmas = float(stats.norm.isf(SURE / 2))
+    found = {}
+    for name, values, less in (("bias", steps, 0.0), ("mse", steps * steps, blur)):
+        of_pixels = values.mean(axis=1)  # channels share their light samples
+        whole = of_pixels.mean(axis=0)
+        error = math.sqrt(float(whole.var()) / whole.size + float(of_pixels.var()) / size)
+        centre = float(values.mean()) - less
+        found[name] = (centre - sigmas * error, centre + sigmas * error)
+    found["mse"] = (max(found["mse"][0], 0.0), found["mse"][1])
+    return found

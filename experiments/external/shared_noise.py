@@ -1,0 +1,82 @@
+"""Noise that two images, or two places of one image, have in common."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy import ndimage
+
+from nusselt.experiments.images.formats import Raw
+from nusselt.renderer.vectors import Floats
+
+AROUND = 5
+"""Pixels a side of the mean that is taken off: what is left is noise, not a smooth mistake."""
+NOISY = 1.0
+"""Levels: quieter pixels share their whole levels, not their noise."""
+SURE = 7.0
+LEAST = 0.1
+"""Correlation that is told, and how many standard errors it must have."""
+CUT = 5.0
+"""Standard deviations beyond which a difference is no noise."""
+NEAR = 4
+"""Pixels within which neighbours may look alike for other reasons."""
+
+
+def different(raws: list[Raw]) -> list[Raw]:
+    """Each image once."""
+    found: list[Raw] = []
+    for raw in raws:
+        if not any(np.array_equal(raw.values, other.values) for other in found):
+            found.append(raw)
+    return found
+
+
+def whitened(difference: Floats, deviation: Floats, shaded: np.ndarray) -> Floats:
+    """Differences (h, w) in standard deviations, without their smooth part; 0 where there is no noise."""
+    noisy = shaded & (255 * deviation > NOISY) & np.isfinite(difference)
+    z = np.where(noisy, np.divide(difference, deviation, out=np.zeros_like(difference), where=noisy), 0.0)
+    weight = ndimage.uniform_filter(noisy.astype(float), AROUND, mode="constant")
+    smooth = ndimage.uniform_filter(z, AROUND, mode="constant") / np.maximum(weight, 1e-9)
+    rest = np.where(noisy & (np.abs(z) < CUT), z - smooth, 0.0)
+    return np.asarray(rest)
+
+
+def common_noise(fields: list[Floats]) -> float:
+    """Largest correlation of two images' noise, 0 unless it is beyond chance."""
+    best = 0.0
+    for k, one in enumerate(fields):
+        for other in fields[:k]:
+            best = max(best, _beyond_chance(one, other))
+    return best
+
+
+def _beyond_chance(one: Floats, other: Floats) -> float:
+    size = math.sqrt(float((one * one).sum()) * float((other * other).sum()))
+    count = int(((one != 0) & (other != 0)).sum())
+    if size == 0 or count < 100:
+        return 0.0
+    found = float((one * other).sum()) / size
+    return found if found > max(LEAST, SURE / math.sqrt(count)) else 0.0
+
+
+def repeated_noise(field: Floats) -> tuple[float, tuple[int, int]]:
+    """Largest correlation of an image's noise with itself moved by (down, right) pixels, and that step."""
+    height, width = field.shape
+    count = int((field != 0).sum())
+    if count < 1000:
+        return 0.0, (0, 0)
+    padded = np.fft.rfft2(field, (2 * height, 2 * width))
+    moved = np.fft.irfft2(np.abs(padded) ** 2, (2 * height, 2 * width))
+    there = np.fft.rfft2((field != 0).astype(float), (2 * height, 2 * width))
+    pairs = np.fft.irfft2(np.abs(there) ** 2, (2 * height, 2 * width))
+    variance = float((field * field).sum()) / count
+    down, right = np.meshgrid(np.arange(2 * height), np.arange(2 * width), indexing="ij")
+    down, right = np.minimum(down, 2 * height - down), np.minimum(right, 2 * width - right)
+    usable = (np.maximum(down, right) >= NEAR) & (pairs > max(500.0, 0.05 * count))
+    correlation = np.where(usable, moved / np.maximum(pairs, 1) / variance, 0.0)
+    # As many chances as there are steps: their largest is about sqrt(2 log n) standard errors.
+    beyond = correlation * np.sqrt(np.maximum(pairs, 1)) > SURE + math.sqrt(2 * math.log(correlation.size))
+    correlation = np.where(beyond & (correlation > LEAST), correlation, 0.0)
+    place = np.unravel_index(int(correlation.argmax()), correlation.shape)
+    return float(correlation[place]), (int(down[place]), int(right[place]))

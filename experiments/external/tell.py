@@ -1,0 +1,69 @@
+"""A comparison in a terminal: scores, bias, verdict, likely mistakes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from nusselt.experiments.results.tables import COLOURS
+
+
+def _score(value: float) -> str:
+    """To one decimal, as the course prints it; never -0.0."""
+    return f"{round(value, 1) + 0.0:.1f}"
+
+
+def tell(row: dict[str, Any], table: Console) -> None:
+    """Print one row."""
+    from rich.markup import escape
+
+    reference = row["reference"]
+    images = f"{row['passes']} different image{'s' if row['passes'] > 1 else ''}"
+    table.print(f"[bold]{escape(row['scene'])}[/]: {images} against {escape(reference['notes'][0])}")
+    colour = COLOURS[row["verdict"]]
+    table.print(f"[{colour}]{row['verdict']}[/]: {escape(row['reason'])}", soft_wrap=True)
+    table.print(f"the smallest bias found with 99 % power: {row['minimum_detectable_bias']:.3%}")
+    for name, low_high in row["course_expected"].items():
+        scores = ", ".join(_score(score[name]) for score in row["course_scores"])
+        kind = "course bias" if name == "bias" else 'course "variance"'
+        table.print(f"{kind:18} {scores}   (a right one here: {low_high[0]:.2f} to {low_high[1]:.2f})")
+    _tell_mistakes(row, table)
+    _tell_convergence(row, table)
+    for warning in row["warnings"]:
+        table.print(f"note: {warning}", markup=False, soft_wrap=True)
+    table.print(f"again: {row['command']}", markup=False, soft_wrap=True)
+
+
+def _tell_mistakes(row: dict[str, Any], table: Console) -> None:
+    if not row["likely_mistakes"]:
+        table.print("no mistake explains the difference better than noise does")
+        return
+    found = Table(box=box.SIMPLE, title="What it looks like", caption="explained: share of the difference beyond noise")
+    for name in ("mistake", "explained", "how"):
+        found.add_column(name)
+    for mistake in row["likely_mistakes"]:
+        found.add_row(mistake["name"], f"{mistake['explained']:.1%}", mistake["detail"])
+    table.print(found)
+
+
+def _tell_convergence(row: dict[str, Any], table: Console) -> None:
+    told = row.get("convergence")
+    if not told:
+        return
+    found = Table(box=box.SIMPLE, title="Error against samples and time")
+    for name in ("samples", "RMS %", "first s", "median s"):
+        found.add_column(name, justify="right")
+    for entry in told["rows"]:
+        found.add_row(
+            str(entry["samples"]),
+            f"{entry['rms_relative']:.2%}",
+            f"{entry['seconds_first']:.2f}",
+            f"{entry['seconds_median']:.2f}",
+        )
+    table.print(found)
+    for name in ("samples", "seconds"):
+        value = told[f"slope_{name}"]
+        table.print(f"RMS falls as {name} to the power {'unknown' if value is None else f'{value:+.2f}'}")

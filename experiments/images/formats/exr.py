@@ -1,0 +1,54 @@
+"""OpenEXR: one part, three channels."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nusselt.renderer.errors import InputError
+
+from .raw import Raw, check_size, refuse
+
+CHANNELS = 64
+"""Most channels a file may have: each is decoded."""
+
+
+def read_exr(path: Path, width: int, height: int) -> Raw:
+    """The R, G, B channels (or Y) of an EXR file of this size.
+
+    Raises
+    ------
+    InputError
+    """
+    import OpenEXR
+
+    try:
+        with OpenEXR.File(str(path), header_only=True) as file:
+            _check_header(path, file, (width, height))
+        with OpenEXR.File(str(path), separate_channels=True) as file:
+            found: dict[str, Any] = {name: channel.pixels for name, channel in file.channels().items()}
+    except InputError:
+        raise
+    except Exception as error:  # whatever a foreign parser raises
+        told = " ".join(str(error).split())[:80]
+        raise refuse(path, f"damaged EXR ({told})", "a whole OpenEXR file") from error
+    for names in (("R", "G", "B"), ("Y", "Y", "Y")):
+        if all(name in found for name in names):
+            planes = [np.asarray(found[name], dtype=np.float64) for name in names]
+            if any(plane.shape != (height, width) for plane in planes):
+                raise refuse(path, "subsampled channels", "channels of the full size")
+            half = any(found[name].dtype == np.float16 for name in names)
+            notes = ("its grey is taken for three equal channels",) if names[0] == "Y" else ()
+            return Raw(np.stack(planes), notes, 2.0**-10 if half else 2e-6)
+    raise refuse(path, f"channels {', '.join(sorted(found))[:40]}", "channels R, G, B or Y")
+
+
+def _check_header(path: Path, file: Any, wanted: tuple[int, int]) -> None:
+    if len(file.parts) != 1:
+        raise refuse(path, f"{len(file.parts)} parts", "an EXR file of one part")
+    low, high = (np.asarray(corner, dtype=np.int64) for corner in file.header()["dataWindow"])
+    check_size(path, tuple(int(v) for v in high - low + 1), wanted)  # type: ignore[arg-type]
+    if len(file.header()["channels"]) > CHANNELS:
+        raise refuse(path, f"{len(file.header()['channels'])} channels", f"at most {CHANNELS}")

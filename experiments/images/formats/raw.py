@@ -1,0 +1,77 @@
+"""What every reader gives, and the one error it raises."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nusselt.renderer.errors import InputError
+
+SPARE = 1 << 24
+"""Bytes a file may hold besides 64 for every pixel: comments, profiles, thumbnails."""
+
+
+@dataclass(frozen=True)
+class Raw:
+    """The numbers of an image file.
+
+    Parameters
+    ----------
+    values : (3, h, w)
+        uint8, uint16, or float64 for what is radiance already.
+    notes : tuple of str
+        What was left out of the file.
+    rounding : float
+        Relative rounding of radiance in this format.
+    """
+
+    values: NDArray[Any]
+    notes: tuple[str, ...] = ()
+    rounding: float = 2e-6
+
+    @property
+    def levels(self) -> int:
+        """Highest level of a whole-number format; 0 for radiance."""
+        return 0 if self.values.dtype.kind == "f" else int(np.iinfo(self.values.dtype).max)
+
+
+def refuse(path: Path, found: object, accepted: str) -> InputError:
+    """The error for a file that is not an image of the scene."""
+    return InputError("image", found, accepted, str(path))
+
+
+def check_size(path: Path, size: tuple[int, int], wanted: tuple[int, int]) -> None:
+    """Refuse an image of another size (width, height)."""
+    if size != wanted:
+        raise refuse(path, f"{size[0]} x {size[1]} pixels", f"the scene's {wanted[0]} x {wanted[1]}")
+
+
+def check_bytes(path: Path, wanted: tuple[int, int]) -> None:
+    """Refuse what is no plain file, or far larger than an image of that size can be."""
+    try:
+        if not path.is_file():
+            raise refuse(path, "no such file" if not path.exists() else "not a plain file", "an image file")
+        size = os.path.getsize(path)
+    except (OSError, ValueError) as error:
+        raise refuse(path, str(error), "an image file") from error
+    limit = SPARE + 64 * wanted[0] * wanted[1]
+    if size > limit:
+        raise refuse(path, f"{size} bytes", f"at most {limit} for an image of {wanted[0]} x {wanted[1]}")
+
+
+def three_channels(path: Path, values: NDArray[Any]) -> Raw:
+    """(h, w), (h, w, 1), (h, w, 3) or (h, w, 4) as (3, h, w): grey is repeated, alpha left out."""
+    if values.ndim == 2:
+        values = values[..., None]
+    channels = values.shape[2]
+    if channels not in (1, 2, 3, 4):
+        raise refuse(path, f"{channels} channels", "one (grey) or three (red, green, blue), with or without alpha")
+    notes = ["its grey is taken for three equal channels"] if channels < 3 else []
+    notes += ["its alpha is left out"] if channels in (2, 4) else []
+    colours = np.repeat(values[..., :1], 3, axis=2) if channels < 3 else values[..., :3]
+    return Raw(np.ascontiguousarray(colours.transpose(2, 0, 1)), tuple(notes))

@@ -1,0 +1,59 @@
+"""Image files from the command line: which words are images, and what a file holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from nusselt.experiments.scenes import catalogue
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.scene import Scene
+
+from .formats import READERS, Raw
+from .formats.raw import check_bytes, refuse
+from .transfer import RULES, Quantiser, Rule, Transfer
+
+
+def is_image(name: str) -> bool:
+    """Whether a word on the command line names an image rather than a scene: by its ending."""
+    return name not in catalogue.CLASSIC and Path(name).suffix.lower() in READERS
+
+
+def read_image(path: Path, scene: Scene) -> Raw:
+    """What an image file of a scene holds; memory is bounded by the scene's size.
+
+    Raises
+    ------
+    InputError
+        If it is damaged, of another size, or has no finite number in it.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in READERS:
+        raise refuse(path, suffix or "no ending", "an image that ends in " + ", ".join(READERS))
+    check_bytes(path, (scene.width, scene.height))
+    try:
+        raw = READERS[suffix](path, scene.width, scene.height)
+    except OSError as error:
+        raise refuse(path, error.strerror or "unreadable", "a file that can be read") from error
+    if raw.values.dtype.kind == "f" and not np.isfinite(raw.values).any():
+        raise refuse(path, "not one finite number", "an image")
+    return raw
+
+
+def quantiser_of(raws: list[Raw], transfer: str, rule: str) -> Quantiser:
+    """How levels are to be read; the rule ``auto`` is the usual one of the curve until it is found out.
+
+    Raises
+    ------
+    InputError
+        If the images are not of one kind, or the names are unknown.
+    """
+    tops = {raw.levels for raw in raws}
+    if len(tops) != 1:
+        raise InputError("images", "of different depths", "images of one renderer, written alike")
+    if rule not in (*RULES, "auto"):
+        raise InputError("--quantisation", rule, "truncate, round or auto")
+    curve = Transfer(transfer)
+    usual: Rule = "truncate" if curve.name == "linear" else "round"
+    return Quantiser(tops.pop(), curve, usual if rule == "auto" else rule)  # type: ignore[arg-type]

@@ -1,0 +1,1 @@
+"""Is a direct-lighting renderer right, and how sure are we?"""

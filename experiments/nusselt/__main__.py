@@ -1,0 +1,6 @@
+"""`python -m nusselt` is `nusselt`."""
+
+from nusselt.experiments.cli.main import main
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,136 @@
+"""`results.json`: the truth from which every table and page is made."""
+
+from __future__ import annotations
+
+import datetime
+import json
+import math
+import os
+import platform
+import sys
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nusselt.experiments.files import replacing
+from nusselt.renderer.errors import InputError
+
+SCHEMA = 1
+PACKAGES = ("nusselt", "numpy", "scipy", "mitsuba", "drjit", "scikit-image", "karellen-llvm-core")
+
+EXIT = {"as claimed": 0, "not as claimed": 1, "bad input": 2, "undecided": 3, "no reference": 4}
+"""Exit codes, everywhere."""
+
+
+def package_versions() -> dict[str, str | None]:
+    """Installed version of each package that can change a figure, None where it is missing."""
+    found: dict[str, str | None] = {}
+    for name in PACKAGES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = None
+    return found
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def machine() -> dict[str, Any]:
+    """What the figures were measured on."""
+    return {
+        "system": platform.system(),
+        "processor": _processor(),
+        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+        "python": platform.python_version(),
+    }
+
+
+def plain(value: Any) -> Any:
+    """The same as JSON types; numbers that are not finite become null, which every reader knows."""
+    if isinstance(value, dict):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def document(rows: list[dict[str, Any]], **head: Any) -> dict[str, Any]:
+    """A whole results file.
+
+    Parameters
+    ----------
+    rows : list of dict
+        One object a row.
+    **head
+        Further entries of the head, such as the false-alarm rate.
+    """
+    now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    return {
+        "schema": SCHEMA,
+        "machine": machine(),
+        "versions": package_versions(),
+        **head,
+        "seconds": {"written": now},
+        "rows": rows,
+    }
+
+
+def write_json(content: dict[str, Any], target: str) -> None:
+    """Write to a file, or to standard output for "-"."""
+    text = json.dumps(plain(content), indent=1, allow_nan=False, ensure_ascii=True) + "\n"
+    if target == "-":
+        sys.stdout.write(text)
+        return
+    with replacing(Path(target)) as beside:
+        beside.write_text(text, encoding="utf-8")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """A results file.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it is not one of this schema.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError("results", str(path), f"a results.json ({error.strerror})") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError("results", str(path), f"a results.json ({error})") from error
+    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
+        raise InputError("results", str(path), f"a results.json of schema {SCHEMA}")
+    rows = content.get("rows")
+    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+        raise InputError("results", str(path), "a results.json whose rows are a list of objects")
+    return content
+
+
+def exit_code(rows: list[dict[str, Any]]) -> int:
+    """One not as claimed outweighs a reference that could not run, which outweighs undecided.
+
+    No rows are a failure: nothing measured is nothing shown.
+    """
+    if not rows or any(row["as_claimed"] is False for row in rows):
+        return EXIT["not as claimed"]
+    if any("reference" in row and row["reference"]["renderer"] is None for row in rows):
+        return EXIT["no reference"]
+    if any(row["as_claimed"] is None for row in rows):
+        return EXIT["undecided"]
+    return EXIT["as claimed"]

@@ -1,0 +1,68 @@
+"""Results as small pieces of HTML, with every name escaped: what a notebook shows of them."""
+
+from __future__ import annotations
+
+import base64
+import io
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from markupsafe import Markup
+
+from nusselt.experiments.files import to_levels
+
+from .rows import Row, method, percent
+from .summary import headline
+
+if TYPE_CHECKING:
+    from nusselt.experiments.check.check import Answer
+
+COLUMNS = ("scene", "estimator", "verdict", "bias", "its interval", "finds", "RMS")
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    low, high = row.get("bias_interval") or (None, None)
+    interval = "" if low is None else f"{percent(low, sign=True)} to {percent(high, sign=True)}"
+    return (
+        *(str(row.get("scene") or ""), method(row), str(row.get("verdict") or "")),
+        *(percent(row.get("bias_relative"), sign=True), interval),
+        *(percent(row.get("minimum_detectable_bias")), percent(row.get("rms_relative"), 2)),
+    )
+
+
+def results_html(document: dict[str, Any]) -> str:
+    """The verdict on all rows, and a line each."""
+    head = Markup("").join(Markup("<th>{}</th>").format(name) for name in COLUMNS)
+    body = Markup("").join(
+        Markup("<tr>{}</tr>").format(Markup("").join(Markup("<td>{}</td>").format(cell) for cell in _cells(row)))
+        for row in document["rows"]
+    )
+    said = headline(document["rows"])[1]
+    return str(Markup("<p><b>{}</b></p><table><thead><tr>{}</tr></thead>{}</table>").format(said, head, body))
+
+
+def _picture(levels: np.ndarray[Any, Any], words: str) -> Markup:
+    from PIL import Image
+
+    stream = io.BytesIO()
+    Image.fromarray(levels).save(stream, "PNG")
+    source = "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
+    image = Markup('<img src="{}" alt="{}" width="280">').format(source, words)
+    figure = Markup('<figure style="display:inline-block">{}<figcaption>{}</figcaption></figure>')
+    return figure.format(image, words)
+
+
+def answer_html(answer: Answer) -> str:
+    """A row's verdict and reason over ours, the reference and their difference in standard errors."""
+    from nusselt.experiments.verdict import standard_errors
+
+    from .pictures import RANGE, colour_difference
+
+    row = answer.row
+    shown = [_picture(to_levels(answer.ours.first).transpose(1, 2, 0), "ours, one pass")]
+    if answer.reference is not None:
+        z = standard_errors(answer.ours, answer.reference, row["passes"])
+        shown.append(_picture(to_levels(answer.reference.mean).transpose(1, 2, 0), "reference"))
+        shown.append(_picture(colour_difference(z), f"difference, ±{RANGE:g} standard errors"))
+    told = Markup("<p><b>{} {}: {}</b> {}</p>").format(row["scene"], method(row), row["verdict"], row["reason"])
+    return str(told + Markup("").join(shown))

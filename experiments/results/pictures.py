@@ -1,0 +1,75 @@
+"""What people look at: ours, the reference, and the signed difference in standard errors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nusselt.experiments.check.check import Answer
+from nusselt.experiments.files import replacing, to_levels, write_image
+from nusselt.experiments.verdict import standard_errors
+
+RANGE = 4.0
+"""The difference is shown from -4 to +4 standard errors in every picture, so that
+pictures can be compared."""
+
+
+def colour_difference(z: np.ndarray[Any, Any]) -> np.ndarray[Any, np.dtype[np.uint8]]:
+    """Signed standard errors (h, w) as (h, w, 3): blue below, white at zero, red above, fixed at +-4."""
+    from matplotlib import colormaps
+
+    shade = colormaps["RdBu_r"](np.clip((z + RANGE) / (2 * RANGE), 0, 1))
+    return (255 * shade[..., :3]).round().astype(np.uint8)
+
+
+def write_difference(path: Path, z: np.ndarray[Any, Any]) -> None:
+    """Write signed standard errors (h, w): EXR as numbers of one channel, PNG in colours."""
+    if path.suffix == ".exr":
+        write_image(path, z[None])
+        return
+    from PIL import Image
+
+    with replacing(path) as beside:
+        Image.fromarray(colour_difference(z)).save(beside)
+
+
+def write_pictures(answer: Answer, folder: Path) -> dict[str, str]:
+    """Write a row's images into ``folder``; returns what is where, by name."""
+    found = {"ours.png": answer.ours.first, "ours.exr": answer.ours.mean}
+    if answer.reference is not None:
+        found |= {"reference.png": answer.reference.mean, "reference.exr": answer.reference.mean}
+    for name, radiance in found.items():
+        write_image(folder / name, radiance)
+    names = list(found)
+    if answer.reference is not None:
+        z = standard_errors(answer.ours, answer.reference, answer.row["passes"])
+        write_difference(folder / "difference.exr", z)
+        write_difference(folder / "difference.png", z)
+        _overview(answer, z, folder / "overview.png")
+        names += ["difference.exr", "difference.png", "overview.png"]
+    return {name.replace(".", "_"): f"{folder.name}/{name}" for name in names}
+
+
+def _overview(answer: Answer, z: np.ndarray[Any, Any], path: Path) -> None:
+    from matplotlib.figure import Figure
+
+    row, reference = answer.row, answer.reference
+    if reference is None:
+        return
+    figure = Figure(figsize=(13, 4.4), layout="constrained")
+    axes = figure.subplots(1, 3)
+    stratified = " stratified" if row["stratified"] else ""
+    axes[0].imshow(to_levels(answer.ours.first).transpose(1, 2, 0))
+    axes[0].set_title(f"ours: {row['estimator']}, {row['samples']}{stratified} per light, one pass")
+    axes[1].imshow(to_levels(reference.mean).transpose(1, 2, 0))
+    axes[1].set_title(f"Mitsuba {reference.version}: {reference.samples} samples per light")
+    shown = axes[2].imshow(z, cmap="RdBu_r", vmin=-RANGE, vmax=RANGE)
+    axes[2].set_title(f"mean of {row['passes']} passes - reference, in standard errors")
+    figure.colorbar(shown, ax=axes[2], shrink=0.8)
+    for axis in axes:
+        axis.set_axis_off()
+    figure.suptitle(f"{row['scene']}: {row['verdict']}. {row['reason']} (seed {row['seed']})", wrap=True)
+    with replacing(path) as beside:
+        figure.savefig(beside, dpi=100)

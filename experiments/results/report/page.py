@@ -1,0 +1,149 @@
+"""The report's page: everything it shows is put together here, and rendered with every name escaped."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from collections.abc import Callable
+from functools import partial
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, TemplateError
+
+from nusselt.experiments.files import replacing
+from nusselt.experiments.results.pictures import RANGE
+from nusselt.experiments.results.rows import Row, count, experiment_of, in_table, percent, urgent_first
+from nusselt.experiments.results.summary import counted, facts, headline
+from nusselt.experiments.results.work_precision import curves, races
+from nusselt.renderer.errors import InputError
+
+from .entries import colours, entry, layers, tiles
+from .figures import BUDGET as FIGURES
+from .figures import drawings, fitting
+from .material import Material, read_material
+from .pixels import BUDGET, Packed, pack_all, total_size
+from .plots import ErrorFigure, error_figure
+from .tables import plain_table
+
+SCRIPTS = ("viewer.js", "table.js")
+Progress = Callable[[str, int, int], None]
+
+
+def write_report(folder: str | Path, output: str | Path, progress: Progress | None = None) -> int:
+    """Write one HTML file that shows a folder of results, and needs nothing else.
+
+    Parameters
+    ----------
+    folder : path
+        As ``--out`` makes it: `results.json` with images and figures beside it.
+    output : path
+        The file to write.
+    progress : callable, optional
+        Called with (what, done, in all).
+
+    Returns
+    -------
+    int
+        Rows in it.
+
+    Raises
+    ------
+    InputError
+        If there is no readable `results.json`, or the file cannot be written.
+    """
+    material = read_material(Path(folder))
+    try:
+        page = report_html(material, progress or (lambda what, done, total: None))
+    except InputError:
+        raise
+    except (ArithmeticError, AttributeError, LookupError, TemplateError, TypeError, ValueError) as error:
+        raise InputError("results", str(folder), f"rows as the commands write them ({error})") from error
+    with replacing(Path(output)) as beside:
+        beside.write_text(page, encoding="utf-8")
+    return len(material.rows)
+
+
+def report_html(material: Material, progress: Progress) -> str:
+    """The page as text."""
+    loader = PackageLoader("nusselt.experiments.results.report", "")
+    environment = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {"percent": percent, "count": count}
+    script = "\n".join(_asset(name) for name in SCRIPTS)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    return environment.get_template("page.html").render(
+        **_content(material, progress), style=_asset("style.css"), script=script, script_digest=digest
+    )
+
+
+def _asset(name: str) -> str:
+    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8").strip()
+
+
+def _content(material: Material, progress: Progress) -> dict[str, Any]:
+    rows = material.rows
+    judged = urgent_first([row for row in rows if in_table(row)])
+    packed = _packs(material, judged, partial(progress, "images"))
+    files = fitting(list(material.figures), FIGURES + BUDGET - total_size(packed))  # what the images left
+    packs = [found.info if found else None for found in packed]
+    errors = _error_figures(rows, "errors")
+    tone, said = headline(rows)
+    by = counted(rows)
+    return {
+        "folder": material.folder.resolve().name,
+        "head": material.document,
+        "tone": tone,
+        "headline": said,
+        "facts": facts(material.document),
+        "by": {"all": len(judged), "failing": by["failing"], "undecided": by["undecided"]},
+        "rows": _entries(material, judged, packs, errors, partial(progress, "figures")),
+        "errors": errors.values(),
+        "several": len({experiment_of(row) for row in judged}) > 1,
+        "races": races(rows),
+        "experiments": _experiments(material, files),
+        "strays": drawings(material.stray_figures(), files),
+        "blobs": {
+            name: base64.b64encode(blob).decode() for found in packed if found for name, blob in found.blobs.items()
+        },
+        "viewer": {"images": packs, "tiles": [tiles(row) for row in judged], "colours": colours(), "range": RANGE},
+        "seeds": sorted({str(row["seed"]) for row in rows if row.get("seed") is not None}),
+    }
+
+
+def _packs(material: Material, rows: list[Row], tell: Callable[[int, int], None]) -> list[Packed | None]:
+    sources = [partial(layers, material, row) if material.image(row, "ours_exr") else None for row in rows]
+    return pack_all(sources, BUDGET, tell)
+
+
+def _entries(
+    material: Material,
+    rows: list[Row],
+    packs: list[dict[str, Any] | None],
+    errors: dict[str, ErrorFigure],
+    tell: Callable[[int, int], None],
+) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = []
+    for row, packed in zip(rows, packs, strict=True):
+        found.append(entry(material, row, len(found), packed, errors.get(str(row.get("scene")))))
+        tell(len(found), len(rows))
+    return found
+
+
+def _experiments(material: Material, files: dict[Path, Path]) -> list[dict[str, Any]]:
+    """Every experiment's other rows as a table, and its figures: error against time where it left none."""
+    found: list[dict[str, Any]] = []
+    for name in dict.fromkeys(experiment_of(row) for row in material.rows):
+        shown = [row for row in material.rows if experiment_of(row) == name and not in_table(row)]
+        figures = drawings(material.figures_of(name), files)
+        if shown or figures["shown"] or figures["left_out"]:
+            errors = {} if figures["shown"] else _error_figures(shown, f"x{len(found)}")
+            found.append({"name": name, "table": plain_table(shown), "figures": figures, "errors": errors})
+    return found
+
+
+def _error_figures(rows: list[Row], name: str) -> dict[str, ErrorFigure]:
+    """Error against samples and time, by scene."""
+    scenes = dict.fromkeys(str(row["scene"]) for row in rows if row.get("scene"))
+    drawn = {scene: error_figure(curves(rows, scene), f"{name}-{k}") for k, scene in enumerate(scenes)}
+    return {scene: figure for scene, figure in drawn.items() if figure}

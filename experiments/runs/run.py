@@ -1,0 +1,166 @@
+"""`nusselt run`: experiments one after the other, each resumed where it was left."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from nusselt.experiments.files import replacing
+from nusselt.experiments.inference import Level
+from nusselt.experiments.results.document import document, exit_code, write_json
+from nusselt.experiments.results.exports import write_exports
+from nusselt.experiments.results.figures import save
+from nusselt.experiments.results.study_tables import table, write_csv
+from nusselt.experiments.results.tables import console, verdict_table
+from nusselt.renderer.errors import InputError
+
+from .experiment import Experiment, Outcome, Row, Settings
+from .runner import run_jobs
+from .store import Store
+from .workers import worker_pool
+
+JOBS = "jobs"
+"""Folder of the finished jobs."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What was asked, and where to put it.
+
+    Parameters
+    ----------
+    settings : Settings
+    out : Path or None
+        Folder of figures, tables and finished jobs; None: none are written.
+    target : str or None
+        File of the results, "-" for standard output.
+    cluster : str or None
+        Address of a Dask scheduler, where jobs go that need not be alone.
+    csv, junit, summary : str or None
+        Files for other programs.
+    """
+
+    settings: Settings
+    out: Path | None = None
+    target: str | None = None
+    cluster: str | None = None
+    csv: str | None = None
+    junit: str | None = None
+    summary: str | None = None
+
+    @property
+    def results(self) -> str | None:
+        """Where the results go."""
+        return self.target or (str(self.out / "results.json") if self.out else None)
+
+    def save(self, rows: Sequence[Row], **head: Any) -> None:
+        """Write the results so far, if they go anywhere."""
+        found = document(list(rows), seed=self.settings.seed, quick=self.settings.quick, **head)
+        if self.results:
+            write_json(found, self.results)
+        write_exports(found, vars(self))
+
+
+def chosen(names: Sequence[str], experiments: Sequence[Experiment]) -> list[Experiment]:
+    """Experiments by name, in the order asked for, each once.
+
+    Raises
+    ------
+    InputError
+        If there is none of a name.
+    """
+    known = {experiment.name: experiment for experiment in experiments}
+    for name in names:
+        if name != "all" and name not in known:
+            raise InputError("experiment", name, "all, or one of " + ", ".join(known))
+    if "all" in names:
+        return list(experiments)
+    return [known[name] for name in dict.fromkeys(names)]
+
+
+def again(experiment: Experiment, settings: Settings) -> str:
+    """The command that makes an experiment's rows again."""
+    words = ["nusselt", "run", experiment.name, *(["--quick"] if settings.quick else [])]
+    words += ["--seed", str(settings.seed)] if settings.seed else []
+    for scene in settings.scenes if experiment.scenes else ():
+        words += ["--scenes", scene]
+    return shlex.join(words)
+
+
+def run_one(
+    experiment: Experiment,
+    request: Request,
+    executor: Executor | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[list[Row], list[Outcome]]:
+    """Rows of one experiment, and its figures and table if there is a folder for them."""
+    settings, out = request.settings, request.out
+    store = Store(out / JOBS if out else None)
+    outcomes = run_jobs(experiment.jobs(settings), store, executor, progress)
+    head = {"experiment": experiment.name}
+    tail = {"seed": settings.seed, "command": again(experiment, settings)}
+    rows = [head | row | tail for outcome in outcomes for row in outcome.rows]
+    if out and rows:
+        folder = out / experiment.name
+        write_csv(rows, folder / "rows.csv")
+        if experiment.text:
+            with replacing(folder / "rows.md") as beside:
+                beside.write_text(experiment.text(rows), encoding="utf-8")
+        for name, words in (experiment.files(rows) if experiment.files else {}).items():
+            with replacing(folder / name) as beside:
+                beside.write_text(words, encoding="utf-8")
+        for name, figure in experiment.figures(outcomes).items():
+            figure.text(
+                0.995, 0.004, f"seed {settings.seed}: {tail['command']}", ha="right", fontsize=6, color="#718096"
+            )
+            save(figure, folder, name)
+    return rows, outcomes
+
+
+def run_experiments(experiments: Sequence[Experiment], request: Request, progress_bar: Callable[[str], Any]) -> int:
+    """Run experiments; returns the exit status. No rows are a failure."""
+    told = console(stderr=request.target == "-")
+    files = replace(request, target=None if request.target == "-" else request.target)
+    rows: list[Row] = []
+    empty: list[str] = []
+    with worker_pool(request.cluster) as pool:
+        for experiment in experiments:
+            if request.settings.scenes and not experiment.scenes:
+                told.print(f"{experiment.name}: makes its own scenes; those named are not used", markup=False)
+            with progress_bar(experiment.name) as report:
+                found, _ = run_one(experiment, request, pool, lambda done, total: report("jobs", done, total))
+            rows += found
+            files.save(rows)
+            told.print(_table(found, experiment, told.width))
+            if not found:
+                empty.append(experiment.name)
+    if request.target == "-":
+        request.save(rows)
+    for name in empty:
+        told.print(f"{name}: no row, which is a failure", markup=False)
+    return exit_code([] if empty else rows)
+
+
+def _table(rows: list[Row], experiment: Experiment, width: int) -> Table:
+    """As the experiment wants it; else verdicts as `nusselt check` shows them, and other rows as they are."""
+    if experiment.table:
+        found: Table = experiment.table(rows)
+        return found
+    if rows and all("bias_interval" in row for row in rows):
+        return verdict_table(rows, Level().alpha, width)
+    return table(rows, f"{experiment.name}: {experiment.summary}")
+
+
+def script(name: str) -> None:
+    """What `python experiments/NAME.py` does: the same as `nusselt run NAME`."""
+    import sys
+
+    from nusselt.experiments.cli.main import main
+
+    main(["run", name, *sys.argv[1:]], prog_name="nusselt")

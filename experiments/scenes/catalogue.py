@@ -1,0 +1,78 @@
+"""The classic scenes, by name."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.scene_text import read_scene
+
+from .procedural import GENERATED, generated
+
+FOLDER = Path(__file__).parent
+
+CLASSIC = (
+    "quad",
+    "quad-random",
+    "quad-stratified",
+    "three-lights",
+    "cornell",
+    "cornell-boxes",
+    "cornell-glossy",
+    "glossy",
+    "unshadowed",
+    "horizon",
+    "near-light",
+    "lonely",
+)
+"""In the order in which the README tells of them."""
+ALSO_EXACT = ("three-lights", "cornell", "cornell-boxes", "cornell-glossy")
+"""Those whose soft shadows have no noise with the estimator `exact`: checked a second time with it."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A scene by name, and the estimator to check it with; None: its own."""
+
+    scene: str
+    estimator: str | None = None
+
+
+def classic(estimator: str | None) -> list[Asked]:
+    """What is checked when all classic scenes are, with the one estimator asked for or with all that suit them."""
+    if estimator is not None:
+        return [Asked(name, estimator) for name in CLASSIC]
+    return [Asked(name, kind) for name in CLASSIC for kind in (None, "exact") if not kind or name in ALSO_EXACT]
+
+
+def summary(name: str) -> str:
+    """What a classic scene shows: the first sentence of its file's opening comment."""
+    if name in GENERATED:
+        return GENERATED[name].summary
+    words = []
+    for line in (FOLDER / f"{name}.test").read_text(encoding="utf-8").splitlines():
+        if not line.startswith("#"):
+            break
+        words.append(line.lstrip("# ").strip())
+    return re.split(r"[.:](?:\s|$)", " ".join(words))[0]
+
+
+def load(name: str, lenient: bool = False) -> Scene:
+    """A scene by file name, or a classic or generated one by its name.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or its content is not a scene.
+    """
+    path = Path(name)
+    if name in GENERATED and not path.exists():
+        return generated(name)
+    if name in CLASSIC and not path.exists():
+        path = FOLDER / f"{name}.test"
+    elif not path.exists():
+        raise InputError("scene", name, "a scene file, or one of " + ", ".join((*CLASSIC, *GENERATED)))
+    return read_scene(path, lenient=lenient).with_(name=path.stem)

@@ -1,0 +1,318 @@
+"""Does a verdict mean what it says? False-alarm rates on null data, and power on planted biases.
+
+Thousands of reports are simulated through the rules of `verdict.judge`. Null data: both sides draw their passes
+from the same law, which is normal, heavy-tailed, nearly without noise, of a tiny image, with light points shared
+by all pixels, or real: passes of ours, or of Mitsuba's, rendered once. The margin is next to nothing, so that
+every alarm the noise can give is given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from nusselt.experiments.inference import Level
+from nusselt.experiments.many_reports import Rows, judge_many
+from nusselt.experiments.results.figures import BLUE, RED, canvas
+from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
+from nusselt.experiments.scenes.catalogue import load
+from nusselt.experiments.verdict import POWER
+from nusselt.mitsuba_bridge.variance import Setting, measure_spread
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.image import render
+from nusselt.renderer.vectors import Floats
+
+ROWS = 2
+"""Rows of a simulated report."""
+OURS, THEIRS, OTHERS = 4, 32, 8
+"""Passes of ours (the fewest of a check), of the reference, and of Mitsuba's own variance."""
+SIDE = 20
+"""Pixels a side."""
+CHUNK = 1 << 24
+"""Values simulated at once."""
+NOTHING = 1e-9
+"""A margin next to nothing."""
+MARGIN = 1e-4
+"""Where a bias is planted."""
+SURE = 0.99
+"""Of every interval of a rate (Clopper & Pearson 1934)."""
+LIMITS = ((1e-3, 30_000, 2e-3), (0.05, 2_000, 0.07))
+"""False-alarm rates declared, reports to simulate, and what the upper limit of the rate found may be."""
+SLACK = 0.02
+"""A prediction's own error: its degrees of freedom are approximate, and rows not taken for normal are not in it."""
+BIASES = (5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2)
+"""Planted, relative."""
+
+Draw = Callable[[np.random.Generator, int, int], Floats]
+"""(generator, rows, passes) to passes (rows, passes, pixels) whose mean is the same for all passes."""
+
+
+@dataclass(frozen=True)
+class World:
+    """A law of noise.
+
+    Parameters
+    ----------
+    name : str
+    draw : callable
+    independent : bool
+        Whether pixels are; else ours gets as many passes as the reference.
+    """
+
+    name: str
+    draw: Draw
+    independent: bool = True
+
+    @property
+    def passes(self) -> tuple[int, int, int]:
+        return (OURS, THEIRS, OTHERS) if self.independent else (THEIRS, THEIRS, 0)
+
+    def rows(self, rng: np.random.Generator, count: int) -> Rows:
+        """Null rows."""
+        n, r, k = self.passes
+        every = self.draw(rng, count, n + r + k)
+        return Rows(every[:, :n], every[:, n : n + r], every[:, n + r :] if k else None, self.independent)
+
+
+def _levels(pixels: int) -> Floats:
+    """Standard deviations that differ from pixel to pixel as in a picture."""
+    return np.asarray(0.0125 * np.random.default_rng(1).gamma(4.0, size=pixels), dtype=np.float32)
+
+
+def _normal(side: int, share: float = 1.0) -> Draw:
+    sigma = np.float32(share) * _levels(side * side)
+
+    def draw(rng: np.random.Generator, rows: int, passes: int) -> Floats:
+        return 1 + sigma * rng.standard_normal((rows, passes, side * side), dtype=np.float32)
+
+    return draw
+
+
+def _heavy(rng: np.random.Generator, rows: int, passes: int) -> Floats:
+    """Lognormal with a standard deviation of 2.9 means: excess kurtosis 10^4."""
+    values = np.exp(1.5 * rng.standard_normal((rows, passes, SIDE * SIDE), dtype=np.float32) - 1.125)
+    return np.asarray(values)
+
+
+def _pareto(rng: np.random.Generator, rows: int, passes: int) -> Floats:
+    """Pareto with exponent 2.5: a variance, and no third moment."""
+    return np.asarray(rng.random((rows, passes, SIDE * SIDE), dtype=np.float32).clip(1e-7) ** (-1 / 2.5) * 0.6)
+
+
+def _quiet(rng: np.random.Generator, rows: int, passes: int) -> Floats:
+    """One pixel in fifty has noise."""
+    values = np.ones((rows, passes, SIDE * SIDE))
+    noisy = slice(0, SIDE * SIDE, 50)
+    values[..., noisy] += 0.3 * rng.standard_normal(values[..., noisy].shape)
+    return values
+
+
+def _shared(rng: np.random.Generator, rows: int, passes: int) -> Floats:
+    """Every pixel of a pass has the same light points."""
+    own = 0.01 * rng.standard_normal((rows, passes, SIDE * SIDE), dtype=np.float32)
+    return np.asarray(1 + own + 0.1 * rng.standard_normal((rows, passes, 1), dtype=np.float32))
+
+
+def from_pool(pool: Floats) -> Draw:
+    """Whole passes out of a pool (passes, pixels), dealt like cards: none twice in a row."""
+
+    def draw(rng: np.random.Generator, rows: int, passes: int) -> Floats:
+        hands = len(pool) // passes
+        deals = [rng.permutation(len(pool))[: hands * passes].reshape(hands, passes) for _ in range(-(-rows // hands))]
+        return pool[np.concatenate(deals)[:rows]]
+
+    return draw
+
+
+SIMULATED = (
+    World("normal", _normal(SIDE)),
+    World("tiny image", _normal(10)),
+    World("one pixel", _normal(1)),
+    World("heavy-tailed (lognormal)", _heavy),
+    World("heavy-tailed (Pareto 2.5)", _pareto),
+    World("nearly without noise", _quiet),
+    World("shared light points", _shared, independent=False),
+)
+
+
+STILL = World("normal, a tenth of the noise", _normal(SIDE, 0.1))
+
+
+def chunks(world: World, reports: int, rng: np.random.Generator) -> Iterator[Rows]:
+    """Rows of so many reports, some at a time."""
+    step = max(1, CHUNK // (ROWS * sum(world.passes) * SIDE * SIDE))
+    for start in range(0, reports, step):
+        yield world.rows(rng, ROWS * min(step, reports - start))
+
+
+def interval(hits: int, count: int) -> tuple[float, float]:
+    """Clopper-Pearson interval of a rate."""
+    found = stats.binomtest(hits, count).proportion_ci(SURE, method="exact")
+    return float(found.low), float(found.high)
+
+
+def false_alarms(world: World, alpha: float, reports: int, limit: float, seed: int) -> dict[str, Any]:
+    """One row: how often a null report has a row that `differs`."""
+    rng = np.random.default_rng(seed)
+    enough = 6.7 * alpha / (limit - alpha) ** 2
+    alarms = objected = 0
+    for rows in chunks(world, reports, rng):
+        found = judge_many(rows, NOTHING, Level(alpha, ROWS))
+        alarms += int(found.differs.reshape(-1, ROWS).any(axis=1).sum())
+        objected += int(found.objected.sum())
+    low, high = interval(alarms, reports)
+    return {
+        "case": f"false alarms: {world.name}",
+        "level": alpha,
+        "reports": reports,
+        "hits": alarms,
+        "rate": alarms / reports,
+        "rate_interval": [low, high],
+        "allowed": limit,
+        "undecided_share": objected / reports / ROWS,
+        # With few reports the limit is high whatever the rate: then only too many alarms speak.
+        "as_claimed": high <= limit if reports >= enough else low <= alpha,
+    }
+
+
+def power_at_smallest(world: World, alpha: float, reports: int, seed: int) -> dict[str, Any]:
+    """One row: each simulated row is given the bias that it prints as the smallest it detects."""
+    rng = np.random.default_rng(seed)
+    level, margin = Level(alpha, 1), MARGIN
+    found_in = count = 0
+    for rows in chunks(world, reports, rng):
+        null = judge_many(rows, margin, level)
+        planted = null.bias + null.smallest
+        found_in += int((planted - null.reach > margin).sum())
+        count += null.bias.size
+    low, high = interval(found_in, count)
+    return {
+        "case": f"power at the printed smallest detectable bias: {world.name}",
+        "level": alpha,
+        "reports": count,
+        "hits": found_in,
+        "rate": found_in / count,
+        "rate_interval": [low, high],
+        "expected": POWER,
+        "as_claimed": low <= POWER <= high,
+    }
+
+
+def power(world: World, bias: float, alpha: float, reports: int, seed: int) -> dict[str, Any]:
+    """One row: how often a planted relative bias is found, and how often it should be."""
+    rng = np.random.default_rng(seed)
+    level = Level(alpha, 1)
+    hits = count = 0
+    errors = []
+    for rows in chunks(world, reports, rng):
+        planted = Rows(rows.ours + bias * rows.theirs.mean(), rows.theirs, rows.others, rows.independent)
+        found = judge_many(planted, MARGIN, level)
+        hits += int((np.abs(found.bias) - found.reach > MARGIN).sum())
+        count += found.bias.size
+        errors.append(found.error**2)
+    error = float(np.sqrt(np.concatenate(errors).mean()))
+    n, r, _ = world.passes
+    freedom = (1 / n + 1 / r) ** 2 / ((1 / n) ** 2 / freedom_of_ours(world) + (1 / r) ** 2 / (r - 1))
+    expected = float(stats.nct.sf(stats.t.isf(level.pooled / 2, freedom), freedom, (bias - MARGIN) / error))
+    low, high = interval(hits, count)
+    return {
+        "case": f"power at {bias:.2%}: {world.name}",
+        "level": alpha,
+        "reports": count,
+        "hits": hits,
+        "rate": hits / count,
+        "rate_interval": [low, high],
+        "expected": expected,
+        "as_claimed": bool(low - SLACK <= expected <= high + SLACK),
+    }
+
+
+def freedom_of_ours(world: World) -> float:
+    """What the pooled noise of ours is taken to have, on average."""
+    rows = world.rows(np.random.default_rng(2), 400)
+    noise = np.var(rows.ours, axis=1, ddof=1)
+    return 2 * float((noise.sum(axis=1) ** 2 / (noise**2).sum(axis=1)).mean())
+
+
+def real_worlds(passes: int, seed: int, timeout: float = 300.0) -> tuple[World, ...]:
+    """Pools of passes of ours, and of Mitsuba's, of one small scene with a penumbra.
+
+    Raises
+    ------
+    ReferenceUnavailable
+        If Mitsuba cannot run here.
+    """
+    scene = load("cornell-boxes").with_(width=SIDE, height=SIDE)
+    estimator = Area(samples=4, stratified=True)
+    images = [render(scene, estimator, seed=seed + number) for number in range(passes)]
+    ours = np.array([np.where(image.shaded, image.mean.mean(axis=0), 0).ravel() for image in images])
+    (found,) = measure_spread(scene, [Setting("stratified", 4, passes)], seed=seed, timeout=timeout, images=True)
+    theirs = np.asarray(found.images).reshape(passes, -1)
+    return World("ours against ours", from_pool(ours)), World("Mitsuba against Mitsuba", from_pool(theirs))
+
+
+def world_named(name: str, passes: int, seed: int) -> World:
+    """A simulated world, or a real one of so many passes."""
+    known = {world.name: world for world in (*SIMULATED, STILL)}
+    if name in known:
+        return known[name]
+    return {world.name: world for world in real_worlds(passes, seed)}[name]
+
+
+def alarm_job(name: str, passes: int, reports: tuple[int, ...], seed: int) -> Outcome:
+    """False alarms of a world at each level."""
+    world = world_named(name, passes, seed)
+    levels = zip(LIMITS, reports, strict=True)
+    return Outcome([false_alarms(world, alpha, count, limit, seed) for (alpha, _, limit), count in levels])
+
+
+def power_job(name: str, reports: int, seed: int) -> Outcome:
+    """Power at the printed smallest detectable bias, and at planted ones."""
+    world = world_named(name, 0, seed)
+    rows = [power_at_smallest(world, 1e-3, reports, seed)]
+    return Outcome(rows + [power(world, bias, 1e-3, reports // 2, seed) for bias in BIASES])
+
+
+REAL = ("ours against ours", "Mitsuba against Mitsuba")
+
+
+def jobs(settings: Settings) -> list[Job]:
+    """Every world at both levels, then power; a tenth of the reports where it must be quick."""
+    share = 10 if settings.quick else 1
+    reports = [count // share for _, count, _ in LIMITS]
+    told = {"passes": 2048 // share, "reports": reports, "seed": settings.seed}
+    names = [*(world.name for world in SIMULATED), *REAL]
+    alarms = [Job(alarm_job, {"name": name, **told}, alone=name in REAL) for name in names]
+    worlds = (SIMULATED[0].name, STILL.name)
+    return alarms + [Job(power_job, {"name": n, "reports": 4000 // share, "seed": settings.seed}) for n in worlds]
+
+
+def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """Rates with their intervals beside what is allowed or expected."""
+    rows = [row for outcome in outcomes for row in outcome.rows]
+    figure = canvas(8, 0.24 * len(rows) + 1.2)
+    axis = figure.subplots()
+    for place, row in enumerate(rows):
+        low, high = row["rate_interval"]
+        axis.plot([max(low, 1e-5), high], [place, place], color=BLUE, lw=2)
+        axis.plot(row.get("allowed", row.get("expected")), place, "|", color=RED, ms=9)
+    axis.set_xscale("log")
+    axis.set_yticks(range(len(rows)), [f"{row['case']} ({row['level']:g})" for row in rows], fontsize=7)
+    axis.invert_yaxis()
+    axis.set_xlabel("rate, 99 % interval; red: allowed, or predicted")
+    axis.set_title(f"Verdicts calibrated: {sum(row['reports'] for row in rows):,} simulated reports", fontsize=10)
+    return {"rates": figure}
+
+
+CALIBRATION = Experiment(
+    "calibration", "false-alarm rates on null data and power on planted biases, with intervals", jobs, figures
+)
+
+if __name__ == "__main__":
+    from nusselt.experiments.runs.run import script
+
+    script("calibration")

@@ -1,0 +1,276 @@
+"""The harness's own test: every planted defect must `differ`, every control must `agree`.
+
+A defect is looked at again with twice the samples until it is found, at a level that shares the report's
+false-alarm rate over the looks. Beside the verdict stand two usual gates, at the same samples.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.table import Table
+
+from nusselt.experiments.check.check import MAX_SAMPLES, Question, appearance, our_image, reference_target, seeds
+from nusselt.experiments.check.expectations import prior_of
+from nusselt.experiments.combine import combine_images
+from nusselt.experiments.defects.catalogue import CONTROLS, DEFECTS, Control, Planted
+from nusselt.experiments.defects.gates import pictures_differ, pixels_differ
+from nusselt.experiments.earned import PASSES
+from nusselt.experiments.inference import Level
+from nusselt.experiments.results.figures import GOLD, GREEN, RED, canvas
+from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
+from nusselt.experiments.verdict import NOTHING, Prior, Verdict, judge
+from nusselt.mitsuba_bridge.reference import Reference, render_reference
+from nusselt.mitsuba_bridge.tolerance import ray_tolerance
+from nusselt.renderer.image import Image, render
+from nusselt.renderer.scene import Scene
+
+FIRST = 4
+"""Passes of the first look."""
+FEW = 4
+"""Samples of a pass of a defect: so few that what is easy to see is found by few."""
+LOOKS = 10
+TIMEOUT = 300.0
+"""Seconds for one reference."""
+
+
+class Truths:
+    """References and priors, made once for each scene."""
+
+    def __init__(self, seed: int, timeout: float) -> None:
+        self.seed, self.timeout = seed, timeout
+        self._references: dict[tuple[str, float, str], Reference] = {}
+        self._priors: dict[str, Prior] = {}
+
+    def reference(self, scene: Scene, margin: float, run: str = "") -> Reference:
+        """Of a scene, precise enough for a margin; ``run`` names another, independent one."""
+        key = (scene.digest(), margin, run)
+        if key not in self._references:
+            question = Question(margin=margin)
+            self._references[key] = render_reference(
+                appearance(scene),
+                seed=seeds(self.seed, *key[::2])[2],
+                target_relative_se=reference_target(question, 2),
+                max_samples=MAX_SAMPLES,
+                timeout=self.timeout,
+            )
+        return self._references[key]
+
+    def prior(self, scene: Scene, estimator: Any) -> Prior:
+        """What the variance of area sampling must be, and where Mitsuba's own offset shows."""
+        key = f"{scene.digest()} {estimator.name} {estimator.samples} {estimator.stratified}"
+        if key not in self._priors:
+            self._priors[key] = prior_of(scene, estimator, seeds(self.seed, key)[0], self.timeout, None)
+        return self._priors[key]
+
+
+def find(planted: Planted, truths: Truths, level: Level, seed: int, executor: Executor | None = None) -> dict[str, Any]:
+    """One row: looks at a defect until it is found."""
+    started = time.perf_counter()
+    scene = planted.scene()
+    estimator = dataclasses.replace(planted.estimator, samples=FEW)
+    reference = truths.reference(planted.convert(scene), planted.margin)
+    prior = truths.prior(scene, estimator)
+    parts: list[Image] = []
+    for look in range(1, LOOKS + 1):
+        passes = FIRST if look == 1 else FIRST * 2 ** (look - 2)
+        root = seeds(seed, planted.name, str(look))[1]
+        options: dict[str, Any] = {"seed": root, "passes": passes, "tolerance": ray_tolerance(scene)}
+        parts.append(planted.render(scene, estimator, executor=executor, **options))
+        ours = combine_images(parts)
+        total = ours.pass_means.size
+        verdict = judge(ours, reference, passes=total, margin=planted.margin, level=level.at_look(look), prior=prior)
+        if verdict.word == "differs" or total == look == 1:
+            break
+    return _row(scene, estimator, planted.margin, verdict, ours, reference) | {
+        "defect": planted.name,
+        "samples_to_detection": estimator.samples * total if verdict.word == "differs" else None,
+        "as_claimed": verdict.word == "differs",
+        "seconds": time.perf_counter() - started,
+    }
+
+
+def hold(control: Control, truths: Truths, level: Level, seed: int, executor: Executor | None = None) -> dict[str, Any]:
+    """One row: a right renderer against another."""
+    started = time.perf_counter()
+    scene = control.scene()
+    question = Question(margin=control.margin, seed=seed)
+    prior = NOTHING
+    if control.estimator is None:
+        ours = as_image(truths.reference(scene, control.margin, "again"))
+    else:
+        ours, _, _ = our_image(scene, control.estimator, question, executor, None)
+        prior = truths.prior(scene, control.estimator)
+    if control.against is None:
+        reference = truths.reference(scene, control.margin)
+    else:
+        other = dataclasses.replace(question, seed=seed + 1)
+        reference = as_reference(_truth(scene, control.against, other, executor), control.against.name)
+    passes = ours.pass_means.size
+    verdict = judge(ours, reference, passes=passes, margin=control.margin, level=level, prior=prior)
+    claimed = {"agrees": True, "differs": False, "undecided": None}[verdict.word]
+    return _row(scene, control.estimator, control.margin, verdict, ours, reference) | {
+        "defect": None,
+        "samples_to_detection": None,
+        "as_claimed": claimed,
+        "seconds": time.perf_counter() - started,
+    }
+
+
+def _truth(scene: Scene, estimator: Any, question: Question, executor: Executor | None) -> Image:
+    """Our image with as many passes as a reference has."""
+    image, passes, _ = our_image(scene, estimator, question, executor, None)
+    if not 1 < passes < PASSES:
+        return image
+    root = seeds(question.seed, scene.name, estimator.name)[2]
+    return render(scene, estimator, seed=root, passes=PASSES, executor=executor, tolerance=ray_tolerance(scene))
+
+
+def as_reference(image: Image, name: str) -> Reference:
+    """Our image in the place of a reference."""
+    passes = image.pass_means.size
+    return Reference(
+        mean=image.mean,
+        standard_error=np.sqrt(image.variance / passes),
+        pixel_standard_error=np.sqrt(image.pixel_variance / passes),
+        emitter=image.emitter,
+        background=image.background,
+        holes=np.zeros_like(image.background),
+        pass_means=image.pass_means,
+        samples=passes,
+        passes=passes,
+        renderer=f"ours, {name}",
+        version="",
+        variant="",
+        llvm=None,
+        notes=(),
+        seconds={},
+    )
+
+
+def as_image(reference: Reference) -> Image:
+    """A reference in the place of our image; its first pass is not known, and is its mean."""
+    passes = reference.pass_means.size
+    return Image(
+        first=reference.mean,
+        mean=reference.mean,
+        variance=reference.standard_error**2 * passes,
+        pixel_variance=reference.pixel_standard_error**2 * passes,
+        level_mean=255 * np.clip(reference.mean, 0, 1),
+        level_variance=np.zeros_like(reference.mean),
+        emitter=reference.emitter,
+        background=reference.background,
+        unjudged=reference.emitter < 0,
+        pass_means=reference.pass_means,
+        back_faces=0,
+        left_out=(),
+    )
+
+
+def _row(
+    scene: Scene, estimator: Any, margin: float, verdict: Verdict, ours: Image, reference: Reference
+) -> dict[str, Any]:
+    passes = ours.pass_means.size
+    samples = estimator.samples if estimator else reference.samples
+    return {
+        "scene": scene.name,
+        "estimator": estimator.name if estimator else "Mitsuba",
+        "method": f"{estimator.name if estimator else 'Mitsuba'} against {reference.renderer}",
+        "samples": samples,
+        "passes": passes,
+        "margin": margin,
+        "verdict": verdict.word,
+        "reason": verdict.reason,
+        "bias_relative": verdict.bias_relative,
+        "bias_interval": verdict.bias_interval,
+        "minimum_detectable_bias": verdict.minimum_detectable_bias,
+        "variance_ratio": verdict.variance_ratio,
+        "non_finite": verdict.non_finite,
+        "picture_differs": pictures_differ(ours, reference),
+        "pixels_differ": pixels_differ(ours, reference, samples, passes),
+        "reference": {"renderer": reference.renderer, "version": reference.version, "samples": reference.samples},
+    }
+
+
+@lru_cache(maxsize=2)
+def _truths(seed: int) -> Truths:
+    """Shared by the jobs that one process does."""
+    return Truths(seed, TIMEOUT)
+
+
+def find_job(number: int, rows: int, seed: int) -> Outcome:
+    """One defect, by its place in the catalogue, among so many rows."""
+    return Outcome([find(DEFECTS[number], _truths(seed), Level(rows=rows), seed)])
+
+
+def hold_job(number: int, rows: int, seed: int) -> Outcome:
+    """One control, by its place in the catalogue, among so many rows."""
+    return Outcome([hold(CONTROLS[number], _truths(seed), Level(rows=rows), seed)])
+
+
+def jobs(settings: Settings) -> list[Job]:
+    """Every defect, and every control; two of them where it must be quick."""
+    controls = 2 if settings.quick else len(CONTROLS)
+    told = {"rows": len(DEFECTS) + controls, "seed": settings.seed}
+    wrong = [Job(find_job, {"number": number, **told}, alone=True) for number in range(len(DEFECTS))]
+    return wrong + [Job(hold_job, {"number": number, **told}, alone=True) for number in range(controls)]
+
+
+def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """How large each defect's bias is, and which gates see it."""
+    rows = [outcome.rows[0] for outcome in outcomes if outcome.rows[0]["defect"] is not None]
+    rows = sorted(rows, key=lambda row: abs(row["bias_relative"]))
+    figure = canvas(8, 0.26 * len(rows) + 1.2)
+    axis = figure.subplots()
+    for place, row in enumerate(rows):
+        seen = row["picture_differs"], row["pixels_differ"]
+        colour = {0: RED, 1: GOLD, 2: GREEN}[sum(seen)]
+        axis.barh(place, max(abs(row["bias_relative"]), 1e-6), left=0, color=colour)
+    axis.set_yticks(range(len(rows)), [f"{row['defect']} ({row['scene']})" for row in rows], fontsize=7)
+    axis.set_xscale("log")
+    axis.set_xlabel("relative bias of the mean; red: neither usual gate sees it, gold: one does, green: both do")
+    axis.set_title("Planted defects: area 4 stratified, in passes until found", fontsize=10)
+    return {"defects": figure}
+
+
+def hardness_table(rows: Sequence[dict[str, Any]]) -> Table:
+    """Defects, the hardest to see first, and what the usual gates say of them."""
+    controls = [row for row in rows if row["defect"] is None]
+    right = sum(row["verdict"] == "agrees" for row in controls)
+    table = Table(
+        box=box.SIMPLE,
+        title="Planted defects, the hardest to see first",
+        caption=f"{right} of {len(controls)} right renderers agree. "
+        "samples: a pixel and light, until it is found. PNG: 8-bit pictures that differ by more than a level "
+        "on average. z-test: pixel by pixel, forgiving 0.25 %, at the same samples.",
+    )
+    for name in ("defect", "scene", "verdict", "samples", "bias %", "margin %", "PNG", "z-test"):
+        table.add_column(name, justify="right" if name in ("samples", "bias %", "margin %") else "left")
+    planted = [row for row in rows if row["defect"] is not None]
+    for row in sorted(planted, key=lambda r: (-(r["samples_to_detection"] or 1 << 40), abs(r["bias_relative"] or 0))):
+        said = ["sees it" if row[name] else "misses it" for name in ("picture_differs", "pixels_differ")]
+        found = row["samples_to_detection"]
+        cells = [row["defect"], row["scene"], row["verdict"], "not found" if found is None else str(found)]
+        table.add_row(*cells, f"{100 * row['bias_relative']:+.3f}", f"{100 * row['margin']:g}", *said)
+    return table
+
+
+PLANTED_DEFECTS = Experiment(
+    "planted-defects",
+    "thirty wrong renderers that must differ, and right ones that must agree",
+    jobs,
+    figures,
+    table=hardness_table,
+)
+
+if __name__ == "__main__":
+    from nusselt.experiments.runs.run import script
+
+    script("planted-defects")

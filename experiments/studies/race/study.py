@@ -1,0 +1,171 @@
+"""Error against run time: our noise-free images and Mitsuba at its best, turn by turn on the same cores.
+
+Ours is a method for direct light from polygons; Mitsuba is a general renderer. Every page says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from nusselt.experiments.results.figures import canvas
+from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
+from nusselt.experiments.scenes.cameras import views
+from nusselt.experiments.studies.race.measure import Measured, Plan, Rule, by_silhouettes, measure, noise_free
+from nusselt.experiments.studies.race.rows import EVERY, SENTENCE, TARGETS, finalists, raw, row, without_interpolation
+from nusselt.experiments.studies.race.scenes import NAMES, race_scene
+from nusselt.mitsuba_bridge.race import DEFAULT, Way
+from nusselt.renderer.errors import InputError
+
+FEW = (Way("multijitter", 0), Way("multijitter", 1), DEFAULT)
+QUICK = Plan(rounds=1, sizes=(4, 16, 64), truth=1e-4, longest=3.0, ways=FEW)
+QUICK_SCENES = ("quad", "cornell-boxes")
+RULES: tuple[Rule, ...] = ("area", "centre")
+PLAN_BIG = Plan(
+    sizes=(16, 64, 256, 1024, 4096),
+    longest=20.0,
+    ways=(Way("multijitter", 0), Way("ldsampler", 0), Way("orthogonal", 0), Way("multijitter", 1), DEFAULT),
+)
+CAMERAS = {"quad": 3, "near-light": 3, "cornell-boxes": 3}
+"""Of a scene, for pixels by area; elsewhere one: more take too long to be run with everything else."""
+BIG = 20_000
+"""Triangles beyond which pixels by area take minutes: every one shows several faces, and each is shaded."""
+NONE = "no estimator of ours is exact and without noise in this scene"
+DEAR = "not run: where pixels show several small faces each, ours by area takes minutes"
+Row = dict[str, Any]
+
+
+def run(
+    scenes: Iterable[str] = NAMES,
+    *,
+    quick: bool = False,
+    seed: int = 0,
+    plan: Plan | None = None,
+    side: int | None = None,
+    count: int | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> tuple[list[Row], dict[str, list[Measured]]]:
+    """Race scenes; rows, and everything measured by ``scene/rule``.
+
+    All of Mitsuba's ways run on a scene's first view, those that came to a target among the first three, and its
+    default, on the others.
+
+    Parameters
+    ----------
+    side, count : int, optional
+        Pixels high, and cameras a scene, instead of 256 (64 if quick) and `CAMERAS` (1).
+
+    Raises
+    ------
+    ReferenceUnavailable
+        If Mitsuba's LLVM variant does not run.
+    """
+    rows: list[Row] = []
+    measured: dict[str, list[Measured]] = {}
+    for name in scenes:
+        scene = race_scene(name, side or (64 if quick else 256))
+        estimator = noise_free(scene)
+        big = sum(mesh.triangles.shape[1] for mesh in scene.meshes) > BIG
+        plans = plan or (QUICK if quick else PLAN_BIG if big else Plan())
+        for rule in RULES:
+            if estimator is None:
+                rows += [_without(name, rule, target, NONE) for target in TARGETS]
+                continue
+            if big and rule == "area":
+                rows += [_without(name, rule, target, DEAR) for target in TARGETS]
+                continue
+            found = measured[f"{name}/{rule}"] = []
+            cameras = count or (CAMERAS.get(name, 1) if rule == "area" and not quick else 1)
+            for number, view in enumerate(views(scene, cameras)):
+                if progress:
+                    progress(f"{view.name}, {rule}")
+                workers = found[0].workers if found else None
+                mine = replace(plans, ways=finalists(found[0])) if found else plans
+                found.append(measure(view, estimator, rule, mine, seed + 100 * number, workers=workers))
+            rows += [row(name, rule, target, estimator.name, found) for target in TARGETS]
+            if rule == "centre" and by_silhouettes(scene, estimator):
+                every = [without_interpolation(one) for one in found]
+                rows += [row(name, EVERY, target, estimator.name, every) for target in TARGETS]
+    return rows, measured
+
+
+def _without(scene: str, rule: Rule, target: float, note: str) -> Row:
+    """The row of a scene for which nothing of ours can run: nothing measured is never passed."""
+    empty = dict.fromkeys(("mitsuba", "mitsuba_default", "ratio", "ratio_interval", "lower_bound_only"))
+    ours = {"estimator": None, "seconds": None}
+    return {
+        "scene": scene,
+        "pixel_rule": rule,
+        "target": target,
+        "ours": ours,
+        **empty,
+        "note": note,
+        "as_claimed": None,
+    }
+
+
+def figure(name: str, views_raw: Sequence[dict[str, Any]]) -> Any:
+    """Error against seconds, both sides, all views and rounds, from the raw laps."""
+    drawn = canvas(8, 5.5)
+    axis = drawn.subplots()
+    named: set[str] = set()
+
+    def line(label: str, laps: list[dict[str, Any]], **style: Any) -> None:
+        some = sorted((lap["seconds"], lap["error"]) for lap in laps if lap["error"] > 0)
+        if some:
+            axis.loglog(*zip(*some, strict=True), label=None if label in named else label, **style)
+            named.add(label)
+
+    for one in views_raw:
+        for laps, race in zip(one["ours"], one["mitsuba"], strict=True):
+            line("ours", laps, color="#2b6cb0", marker="o", ms=4, lw=1.5, zorder=3)
+            for index, way in enumerate(sorted({lap["configuration"] for lap in race})):
+                mine = [lap for lap in race if lap["configuration"] == way]
+                line(f"Mitsuba: {way}", mine, color=f"C{index + 1}", marker=".", lw=0.8, alpha=0.7)
+    axis.set(xlabel="seconds, both cores, first images apart", ylabel="RMS error over shaded pixels, relative")
+    axis.set_title(f"{name}: {len(views_raw)} cameras. {SENTENCE}", fontsize=9, wrap=True)
+    axis.grid(which="major", alpha=0.3)
+    axis.legend(fontsize=7)
+    return drawn
+
+
+def _race(scene: str, quick: bool, seed: int) -> Outcome:
+    """One scene; the first row of each pixel rule keeps the raw times."""
+    rows, measured = run((scene,), quick=quick, seed=seed)
+    for rule in RULES:
+        if (found := measured.get(f"{scene}/{rule}")) is not None:
+            first = next(one for one in rows if one["pixel_rule"] == rule)
+            first["raw"] = [raw(one) for one in found]
+    return Outcome(rows)
+
+
+def jobs(settings: Settings) -> list[Job]:
+    """One a scene, each with the machine to itself; two scenes where it must be quick."""
+    for name in settings.scenes:
+        if name not in NAMES:
+            raise InputError("--scenes", name, "one of " + ", ".join(NAMES))
+    seed = settings.seed_of("race")
+    return [
+        Job(_race, {"scene": name, "quick": settings.quick, "seed": seed}, alone=True)
+        for name in settings.scenes or (QUICK_SCENES if settings.quick else NAMES)
+    ]
+
+
+def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """One a scene and pixel rule."""
+    rows = [one for outcome in outcomes for one in outcome.rows if "raw" in one]
+    return {
+        f"{one['scene']}-{one['pixel_rule']}": figure(f"{one['scene']}, {one['pixel_rule']}", one["raw"])
+        for one in rows
+    }
+
+
+ERROR_AGAINST_TIME = Experiment(
+    "error-against-time", "our noise-free images against Mitsuba at its best, turn by turn", jobs, figures, NAMES
+)
+
+if __name__ == "__main__":
+    from nusselt.experiments.runs.run import script
+
+    script("error-against-time")

@@ -1,0 +1,101 @@
+"""A description as the dictionary Mitsuba loads; imported in the child only."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+
+from nusselt.mitsuba_bridge.description import ROBUST
+
+BLACK = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0, 0.0, 0.0]}}
+
+
+def _rgb(value: list[float]) -> dict[str, Any]:
+    return {"type": "rgb", "value": [float(v) for v in value]}
+
+
+def _matrix(rows: list[list[float]]) -> Any:
+    return mi.ScalarTransform4f(rows)
+
+
+def bsdf_dict(bsdf: dict[str, Any], two_sided: bool) -> dict[str, Any]:
+    """One surface."""
+    found: dict[str, Any]
+    if bsdf["kind"] == "diffuse":
+        found = {"type": "diffuse", "reflectance": _rgb(bsdf["reflectance"])}
+    else:
+        found = {
+            "type": "modified_phong",
+            "kd": _rgb(bsdf["kd"]),
+            "ks": _rgb(bsdf["ks"]),
+            "exponent": float(bsdf["exponent"]),
+        }
+    return {"type": "twosided", "bsdf": found} if two_sided else found
+
+
+def light_dict(light: dict[str, Any], lit: bool) -> dict[str, Any] | None:
+    """One light; one that is not lit stays as a black blocker if it has a body in the scene."""
+    kind = light["kind"]
+    if kind == "rectangle":
+        shape = {"type": "rectangle", "to_world": _matrix(light["to_world"]), "bsdf": BLACK}
+        return shape | ({"emitter": {"type": "area", "radiance": _rgb(light["radiance"])}} if lit else {})
+    if not lit:
+        return None
+    if kind == "disk":
+        emitter = {"type": "area", "radiance": _rgb(light["radiance"])}
+        return {"type": "disk", "to_world": _matrix(light["to_world"]), "bsdf": BLACK, "emitter": emitter}
+    if kind == "point":
+        return {"type": "point", "position": light["position"], "intensity": _rgb(light["intensity"])}
+    return {"type": "directional", "direction": light["direction"], "irradiance": _rgb(light["irradiance"])}
+
+
+def sensor_dict(camera: dict[str, Any]) -> dict[str, Any]:
+    """The camera, with a box-filtered float32 film of its own size."""
+    look_at = mi.ScalarTransform4f().look_at(camera["origin"], camera["target"], camera["up"])
+    return {
+        "type": "perspective",
+        "fov": float(camera["fov"]),
+        "fov_axis": "y",
+        "near_clip": float(camera["near"]),
+        "far_clip": float(camera["far"]),
+        "to_world": look_at,
+        "film": {
+            "type": "hdrfilm",
+            "width": camera["width"],
+            "height": camera["height"],
+            "rfilter": {"type": "box"},
+            "component_format": "float32",
+            "pixel_format": "rgb",
+        },
+    }
+
+
+EVERY = -1
+"""All lights on."""
+
+
+def scene_dict(description: dict[str, Any], folder: Path, lit: int | None, robust: bool = True) -> dict[str, Any]:
+    """The scene with light number ``lit`` alone switched on, or EVERY; None: no light at all.
+
+    Parameters
+    ----------
+    robust : bool
+        Embree's robust mode. Without it (Mitsuba's default) up to a fifth of the rays that meet an edge shared by
+        two triangles pass between them; with it no such ray was lost, and one in 140 of those through a vertex.
+    """
+    found: dict[str, Any] = {"type": "scene", "sensor": sensor_dict(description["camera"]), ROBUST: robust}
+    for number, shape in enumerate(description["shapes"]):
+        bsdf = bsdf_dict(description["bsdfs"][shape["bsdf"]], description["two_sided"])
+        entry: dict[str, Any] = {"type": shape["kind"], "bsdf": bsdf}
+        if shape["kind"] == "ply":
+            entry |= {"filename": str(folder / shape["file"]), "face_normals": not shape["smooth"]}
+        else:
+            entry |= {"center": shape["center"], "radius": shape["radius"]}
+        found[f"shape{number}"] = entry
+    for number, light in enumerate(description["lights"]):
+        body = light_dict(light, lit in (number, EVERY))
+        if body is not None:
+            found[f"light{number}"] = body
+    return found

@@ -1,0 +1,78 @@
+"""Pixels that another renderer's rounding may resolve otherwise: they are listed, and not judged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .camera.rays import pixel_size
+from .camera.view import View, look
+from .geometry.arrays import Geometry
+from .light_points import beams
+from .needs import Needs, Source
+from .scene import Scene
+from .shading import ShadingPoints
+from .vectors import Floats, dot, frame
+
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How far rounding may move a ray.
+
+    Parameters
+    ----------
+    angle : float
+        Of primary rays, radians.
+    lift, slide : float
+        Of the origins of shadow rays along the normal and along the surface, scene units.
+    """
+
+    angle: float
+    lift: float
+    slide: float
+
+
+def near_edges(
+    scene: Scene, geometry: Geometry, needs: Needs, view: View, x: Floats, y: Floats, tolerance: Tolerance
+) -> Bools:
+    """Which of n pixels change their surface, or their view of a light without extent, within the tolerance.
+
+    Penumbrae of extended lights move too, but continuously: they are judged, with the rest of the image.
+    """
+    step = tolerance.angle / pixel_size(scene)
+    near = np.zeros(x.shape, dtype=bool)
+    for dx, dy in ((step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step)):
+        near |= _surface_changes(view, look(scene, geometry, x + dx, y + dy))
+    for source in needs.sources:
+        if not source.has_extent and not source.blockers.none:
+            near[view.lit] |= _shadow_changes(source, view.points, tolerance)
+    return near
+
+
+def _surface_changes(view: View, moved: View) -> Bools:
+    """Another surface, a fold, or a jump in depth; a slanted smooth surface is none of them."""
+    a, b = view.hits, moved.hits
+    hit = (a.surface >= 0) & (b.surface >= 0)
+    depth, other = np.where(hit, a.distance, 1.0), np.where(hit, b.distance, 1.0)
+    slant = np.maximum(np.abs(dot(a.normal, view.outgoing)), 1e-3)
+    jump = np.abs(depth - other) > 1e-3 * depth / slant
+    fold = dot(a.normal, b.normal) < 1 - 1e-3
+    return (a.surface != b.surface) | (hit & (jump | fold))
+
+
+def _shadow_changes(source: Source, points: ShadingPoints, tolerance: Tolerance) -> Bools:
+    def seen(position: Floats) -> Bools:
+        d, _, at_infinity = beams(source.light, position, np.random.default_rng(0), 1, False)
+        return source.blockers.visible(position, points.ellipsoid, d, at_infinity, points.normal)[:, 0]
+
+    here = seen(points.position)
+    lifted = points.position + tolerance.lift * points.normal
+    changed = seen(lifted) != here
+    for tangent in frame(points.normal):
+        for slide in (tolerance.slide * tangent, -tolerance.slide * tangent):
+            changed |= (seen(lifted + slide) != here) | (seen(points.position + slide) != here)
+    return changed

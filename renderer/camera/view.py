@@ -1,0 +1,78 @@
+"""What one set of camera rays sees: surfaces, emission, and the points that are to be shaded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.shading import ShadingPoints, shading_points
+from nusselt.renderer.vectors import Floats, column, dot, unit
+from nusselt.renderer.visibility.segments import small_triangles
+
+from .first_hits import Hits, first_hits
+from .rays import primary_directions
+
+
+@dataclass(frozen=True)
+class View:
+    """Camera rays and what they hit.
+
+    Parameters
+    ----------
+    hits : Hits
+    outgoing : (3, n) float64
+        Unit directions to the viewer.
+    emission : (3, n) float64
+        Radiance seen directly, from the front of what emits.
+    emitter, background, back : (n,) bool
+        The ray hits a light; nothing; the black back of a one-sided surface.
+    lit : (k,) int64
+        The rays whose hit reflects.
+    points : ShadingPoints
+        Their hits, k of them.
+    """
+
+    hits: Hits
+    outgoing: Floats
+    emission: Floats
+    emitter: NDArray[np.bool_]
+    background: NDArray[np.bool_]
+    back: NDArray[np.bool_]
+    lit: NDArray[np.intp]
+    points: ShadingPoints
+
+
+def look(scene: Scene, geometry: Geometry, x: Floats, y: Floats) -> View:
+    """Trace the rays through image points (x, y) in pixels, each (n,), y down."""
+    corners = primary_directions(scene, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+    d = primary_directions(scene, x, y)
+    hits = first_hits(geometry, column(scene.camera.position), d, corners)
+    outgoing = -unit(d)
+    background = hits.surface < 0
+    cosine = dot(hits.normal, outgoing)
+    emitter, emission = np.zeros(x.shape, dtype=bool), np.zeros(d.shape)
+    hit = np.flatnonzero(~background)
+    emitter[hit] = geometry.light[hits.surface[hit]] >= 0
+    emission[:, hit] = geometry.emission[:, hits.surface[hit]] * (cosine[hit] > 0)
+    faces = (cosine != 0) if scene.two_sided else (cosine > 0)
+    reflects = ~background & ~emitter & faces
+    lit = np.flatnonzero(reflects)
+    outside = _outside(geometry, column(scene.camera.position), hits, cosine, lit)
+    points = shading_points(geometry, hits, outgoing, lit, outside)
+    return View(hits, outgoing, emission, emitter, background, ~background & ~emitter & ~faces, lit, points)
+
+
+def _outside(
+    geometry: Geometry, camera: Floats, hits: Hits, cosine: Floats, index: NDArray[np.intp]
+) -> NDArray[np.bool_] | None:
+    """See `ShadingPoints`; None if no point is known to be."""
+    tree = small_triangles(geometry)
+    if tree is None or (np.abs(camera - tree.centre) <= tree.half).all():
+        return None
+    mine = np.zeros(geometry.triangles + 1, dtype=bool)  # the last for rays that hit none
+    mine[tree.triangles] = True
+    return np.asarray(mine[hits.triangle[index]] & (cosine[index] > 0))

@@ -1,0 +1,113 @@
+"""A scene's surfaces as arrays: one pile of triangles, one of ellipsoids, one table of materials.
+
+Every parallelogram light is two of the triangles: it is seen, it blocks, and it reflects nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.surfaces import Material
+from nusselt.renderer.vectors import Floats, cross
+
+Ints = NDArray[np.integer[Any]]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """Surfaces of a scene; equal to itself alone, so that what is made of it can be kept.
+
+    Parameters
+    ----------
+    a, b, c : (3, t) float64
+        Triangle corners, counter-clockwise from the front; an emitter's front is its emitting side.
+    normal : (3, t) float64
+        (b - a) x (c - a), twice the area long.
+    triangle_surface, ellipsoid_surface : (t,), (e,) int64
+        Row of the surface tables.
+    center : (3, e) float64
+    axes, inverse : (e, 3, 3) float64
+        Unit sphere to ellipsoid, and back.
+    diffuse, specular, emission : (3, s) float64
+        Surface tables; ``emission`` is radiance seen from the front.
+    shininess : (s,) float64
+    light : (s,) int64
+        Index into ``scene.lights`` of the light this surface is, or -1.
+    """
+
+    a: Floats
+    b: Floats
+    c: Floats
+    normal: Floats
+    triangle_surface: Ints
+    center: Floats
+    axes: Floats
+    inverse: Floats
+    ellipsoid_surface: Ints
+    diffuse: Floats
+    specular: Floats
+    emission: Floats
+    shininess: Floats
+    light: Ints
+
+    @property
+    def triangles(self) -> int:
+        return self.a.shape[1]
+
+    @property
+    def ellipsoids(self) -> int:
+        return self.center.shape[1]
+
+
+def _light_corners(light: QuadLight) -> tuple[Floats, Floats, Floats]:
+    """Two triangles, wound so that their normal is the emitting side's, -(ab x ac)."""
+    p, ab, ac = (np.array(v)[:, None] for v in (light.corner, light.ab, light.ac))
+    far = p + ab + ac
+    return np.hstack((p, p)), np.hstack((p + ac, far)), np.hstack((far, p + ab))
+
+
+def build_geometry(scene: Scene) -> Geometry:
+    """Lay a scene's surfaces out in arrays: meshes, ellipsoids, then lights, in file order."""
+    corners = [mesh.corners for mesh in scene.meshes]
+    counts = [mesh.triangles.shape[1] for mesh in scene.meshes]
+    surfaces: list[Material] = list(scene.materials)
+    light_of = [-1] * len(surfaces)
+    owners = list(range(len(scene.meshes)))
+    for index, light in enumerate(scene.lights):
+        if isinstance(light, QuadLight):
+            corners.append(_light_corners(light))
+            counts.append(2)
+            owners.append(len(surfaces))
+            surfaces.append(Material(emission=light.radiance))
+            light_of.append(index)
+    empty = np.empty((3, 0))
+    a, b, c = (np.hstack([empty, *(triple[k] for triple in corners)]) for k in range(3))
+    axes = np.array([e.axes for e in scene.ellipsoids]).reshape(-1, 3, 3)
+
+    def table(name: str, width: int = 3) -> Floats:
+        values = np.array([getattr(m, name) for m in surfaces], dtype=np.float64)
+        return values.reshape(len(surfaces), width).T
+
+    return Geometry(
+        a=a,
+        b=b,
+        c=c,
+        normal=cross(b - a, c - a),
+        triangle_surface=np.repeat(np.array(owners, dtype=np.int64), counts),
+        center=np.array([e.center for e in scene.ellipsoids]).reshape(-1, 3).T,
+        axes=axes,
+        inverse=np.linalg.inv(axes),
+        ellipsoid_surface=len(scene.meshes) + np.arange(len(scene.ellipsoids)),
+        diffuse=table("diffuse"),
+        specular=table("specular"),
+        emission=table("emission"),
+        shininess=table("shininess", 1).ravel(),
+        light=np.array(light_of, dtype=np.int64),
+    )

@@ -1,0 +1,51 @@
+"""A scene far from the origin, brought near it without rounding a digit.
+
+At 1e9 a hit point is known to 1e-7 however well its triangle is. Along an axis on which every coordinate has one
+sign and none is more than twice another, differences are exact (Sterbenz 1974): there the one nearest zero becomes
+the origin. Elsewhere nothing is moved, since that would round.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from nusselt.renderer.lights import PointLight, QuadLight
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.surfaces import Mesh
+from nusselt.renderer.vectors import Floats
+
+
+def _anchor(places: Floats) -> Floats:
+    """What can be subtracted from all of (3, n) exactly, (3,)."""
+    low, high = places.min(axis=1), places.max(axis=1)
+    above, below = (low > 0) & (high <= 2 * low), (high < 0) & (low >= 2 * high)
+    return np.where(above, low, np.where(below, high, 0.0))
+
+
+def near_origin(scene: Scene) -> Scene:
+    """The same scene, moved if that takes no rounding; itself if there is nothing to gain."""
+    camera = scene.camera
+    corners = [light.corner for light in scene.quad_lights]
+    lamps = [light.position for light in scene.lights if isinstance(light, PointLight)]
+    small = [camera.position, camera.target, *corners, *lamps, *(e.center for e in scene.ellipsoids)]
+    anchor = _anchor(np.hstack([np.array(small).T, *(mesh.vertices for mesh in scene.meshes)]))
+    if not anchor.any():
+        return scene
+
+    def moved(place: Any) -> Any:
+        return tuple((np.array(place) - anchor).tolist())
+
+    def light_moved(light: Any) -> Any:
+        if isinstance(light, QuadLight):
+            return replace(light, corner=moved(light.corner))
+        return replace(light, position=moved(light.position)) if isinstance(light, PointLight) else light
+
+    return scene.with_(
+        camera=replace(camera, position=moved(camera.position), target=moved(camera.target)),
+        meshes=tuple(Mesh(mesh.vertices - anchor[:, None], mesh.triangles, mesh.material) for mesh in scene.meshes),
+        ellipsoids=tuple(replace(ellipsoid, center=moved(ellipsoid.center)) for ellipsoid in scene.ellipsoids),
+        lights=tuple(light_moved(light) for light in scene.lights),
+    )

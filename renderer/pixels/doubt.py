@@ -1,0 +1,229 @@
+"""Where a shadow may begin and end within one pixel, so that values around it tell nothing of what is inside.
+
+A point sees a light through a cone. An edge that passes through the cone at a distance t throws a penumbra as wide as
+the light seems from it; on a footprint of radius r the shadow moves by r / t as seen from the edge, against the light's
+own width 2 k (k is its radius over its distance). Where the first is the larger, all of the penumbra fits in the
+footprint: a crack of light under a box, a contact shadow, any shadow of a light without extent. These places are found
+from the edges themselves, not from radiance. What lies below the surface's own plane throws no shadow on it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from nusselt.renderer.needs import Source
+from nusselt.renderer.vectors import Floats, column, dot, frame, transform, unit
+
+from .candidate_edges import crossings
+from .edge_fragments import expand
+from .regions import Regions
+
+PAIRS = 1 << 20
+"""Points and edges handled at once."""
+GROUP = 8
+"""Points for which edges are looked up together."""
+WIDTHS = 1.0
+"""Of footprints, that a penumbra must be wide to be seen by the values around it."""
+SIDES = 64
+"""Edges that stand for the line along which an ellipsoid turns from a light."""
+FLAT = 1e-9
+"""Heights over a surface's plane that are none, relative to the edge's distance."""
+
+
+@dataclass(frozen=True)
+class Footprints:
+    """Parts of surfaces that pixels show.
+
+    Parameters
+    ----------
+    position, normal : (3, n) float64
+        Middles; unit normals on the viewer's side.
+    radius : (n,) float64
+    """
+
+    position: Floats
+    normal: Floats
+    radius: Floats
+
+
+def footprints(regions: Regions, x: Floats, y: Floats, region: Ints) -> Footprints:
+    """Footprints of a pixel's size around image points (n,) of given regions' surfaces, no larger than those."""
+    points, lens, surface = regions.points(x, y, region), regions.lens, region % regions.surfaces
+    d, to = lens.directions(x, y), points.position - lens.origin
+    away, down = np.sqrt(dot(to, to) / dot(d, d)), dot(d, points.normal)
+    square = np.zeros(x.size)
+    for step in (2 * lens.right / lens.width, 2 * lens.up / lens.height):
+        side = away * (step - d * (dot(step, points.normal) / np.where(down == 0, 1.0, down)))  # on its plane
+        square += dot(side, side)
+    return Footprints(points.position, points.normal, np.minimum(np.sqrt(square) / 2, _sizes(regions)[surface]))
+
+
+def _sizes(regions: Regions) -> Floats:
+    """Radius (r,) of each surface: what is seen from its edge has a footprint no larger."""
+    g, faces = regions.geometry, regions.faces
+    low, high = np.full((3, faces.count), np.inf), np.full((3, faces.count), -np.inf)
+    for corner in (g.a, g.b, g.c):
+        for least, most, value in zip(low, high, corner, strict=True):
+            np.minimum.at(least, faces.of_triangle, value)
+            np.maximum.at(most, faces.of_triangle, value)
+    return np.concatenate((np.sqrt(dot(high - low, high - low)) / 2, np.sqrt((g.axes**2).sum(axis=(1, 2)))))
+
+
+def doubtful(regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats, region: Ints) -> NDArray[np.bool_]:
+    """At which image points (n,) of given regions a shadow may be too small for the values around it to tell of it."""
+    found, g = np.zeros(x.size, dtype=bool), regions.geometry
+    blocked = [source.light for source in sources if not source.blockers.none]
+    if not blocked or x.size == 0:
+        return found
+    order = np.lexsort((region, x // 4, y // 4))
+    parts = footprints(regions, x[order], y[order], region[order])
+    straight = [(regions.faces.start, regions.faces.end), crossings(g)]
+    for light in blocked:
+        edges = straight + [_terminator(g, index, light) for index in range(g.ellipsoids)]
+        found[order] |= in_doubt(parts, light, *(np.hstack(ends) for ends in zip(*edges, strict=True)))
+    return found
+
+
+def _terminator(g: Geometry, index: int, light: Light) -> tuple[Floats, Floats]:
+    """Where an ellipsoid turns from a light's middle, as SIDES edges; none if the middle is inside it."""
+    inverse, center = g.inverse[index], g.center[:, [index]]
+    if isinstance(light, DirectionalLight | SunLight):
+        to, endless = transform(inverse, column(light.direction)), True
+    else:
+        to, endless = transform(inverse, _middle(light)[0] - center), False
+    away = np.sqrt(dot(to, to)).item()
+    delta = 0.0 if endless else 1 / max(away, np.finfo(float).tiny)
+    if delta >= 1:
+        return np.zeros((3, 0)), np.zeros((3, 0))
+    u, v = frame(to / away)
+    angle = 2 * np.pi * np.arange(SIDES) / SIDES
+    ring = delta * to / away + np.sqrt(1 - delta**2) * (np.cos(angle) * u + np.sin(angle) * v)
+    points = center + transform(g.axes[index], ring)
+    return points, np.roll(points, -1, axis=1)
+
+
+def in_doubt(parts: Footprints, light: Light, start: Floats, end: Floats) -> NDArray[np.bool_]:
+    """Which footprints (n,) one of the edges (3, s) may throw a shadow on that begins and ends there.
+
+    Footprints that follow each other should lie together: edges are looked up for GROUP of them at once.
+    """
+    n = parts.radius.size
+    found = np.zeros(n, dtype=bool)
+    if n == 0 or start.shape[1] == 0:
+        return found
+    axis, distance, k = _cone(light, parts.position)
+    places = np.hstack((parts.position, start, end))
+    sides = places.max(axis=1) - places.min(axis=1)
+    span = np.sqrt(dot(sides, sides))  # nothing is farther than that
+    farthest = parts.radius / np.maximum(2 * k / WIDTHS + parts.radius / distance, parts.radius / span)
+    cones = Cone(parts.position, axis, parts.radius, k, farthest)
+    step = max(1, PAIRS // (GROUP * start.shape[1])) * GROUP
+    for first in range(0, n, step):
+        point, edge = _near(cones.take(np.arange(first, min(first + step, n))), start, end)
+        point += first
+        low, high = _above(parts.position[:, point], parts.normal[:, point], start[:, edge], end[:, edge])
+        holds = cones.take(point).holds(start[:, edge], end[:, edge], low, high)
+        found[point[holds]] = True
+    return found
+
+
+def _above(position: Floats, normal: Floats, start: Floats, end: Floats) -> tuple[Floats, Floats]:
+    """Between which shares of their length edges (3, n) are above the planes of surfaces at positions (3, n)."""
+    a = start - position
+    height, rise = dot(normal, a) - FLAT * np.sqrt(dot(a, a)), dot(normal, end - start)
+    return _clipped(np.zeros(height.size), np.ones(height.size), height, rise)
+
+
+def _clipped(low: Floats, high: Floats, value: Floats, slope: Floats) -> tuple[Floats, Floats]:
+    """The part of [low, high] where value + s slope is not below 0; high < low where there is none."""
+    root = -value / np.where(slope == 0, 1.0, slope)
+    low = np.where(slope > 0, np.maximum(low, root), low)
+    high = np.where(slope < 0, np.minimum(high, root), high)
+    return low, np.where((slope == 0) & (value < 0), -1.0, high)
+
+
+def _near(cones: Cone, start: Floats, end: Floats) -> tuple[Ints, Ints]:
+    """Cones (n,) and edges (3, s) that may meet, as pairs (m,) of their numbers."""
+    n = cones.radius.size
+    firsts = np.arange(0, n, GROUP)
+    low, high = (f.reduceat(cones.position, firsts, axis=1) for f in (np.minimum, np.maximum))
+    reach = np.hypot(cones.farthest, cones.radius + cones.k * cones.farthest)
+    around = np.sqrt(dot(high - low, high - low)) / 2 + np.maximum.reduceat(reach, firsts)
+    e, to = (end - start)[:, None], ((low + high) / 2)[:, :, None] - start[:, None]
+    s = np.clip(dot(to, e) / np.maximum(dot(e, e), np.finfo(float).tiny), 0, 1)
+    gap = to - s * e
+    group, edge = np.nonzero(dot(gap, gap) <= around[:, None] ** 2)
+    owner, rank = expand(np.minimum(n - firsts, GROUP)[group])
+    return firsts[group][owner] + rank, edge[owner]
+
+
+def _cone(light: Light, position: Floats) -> tuple[Floats, Floats, Floats]:
+    """From points (3, n): unit axis (3, n) to the light, its distance (n,), and k (n,), radius over distance."""
+    n = position.shape[1]
+    if isinstance(light, DirectionalLight | SunLight):
+        axis = np.broadcast_to(unit(column(light.direction)), position.shape)
+        k = np.tan(light.half_angle) if isinstance(light, SunLight) else 0.0
+        return axis, np.full(n, np.inf), np.full(n, k)
+    middle, radius = _middle(light)
+    to = middle - position
+    distance = np.sqrt(dot(to, to))
+    return to / distance, distance, radius / distance
+
+
+def _middle(light: PointLight | QuadLight) -> tuple[Floats, float]:
+    """Middle (3, 1) of a light and its radius about it."""
+    if isinstance(light, PointLight):
+        return column(light.position), 0.0
+    ab, ac = column(light.ab), column(light.ac)
+    across = max(dot(ab + ac, ab + ac).item(), dot(ab - ac, ab - ac).item())
+    return column(light.corner) + (ab + ac) / 2, float(np.sqrt(across)) / 2
+
+
+@dataclass(frozen=True)
+class Cone:
+    """From footprints (n,) to a light, as far as a penumbra that fits in them can come from.
+
+    Parameters
+    ----------
+    position, axis : (3, n) float64
+        Middles of the footprints; unit directions to the light's middle.
+    radius, k : (n,) float64
+        Of the footprint, and the growth of the cone's with the distance along the axis.
+    farthest : (n,) float64
+        Distance at which it ends.
+    """
+
+    position: Floats
+    axis: Floats
+    radius: Floats
+    k: Floats
+    farthest: Floats
+
+    def take(self, index: Ints) -> Cone:
+        """The cones ``index`` (k,)."""
+        return Cone(*(getattr(self, part.name)[..., index] for part in fields(self)))
+
+    def holds(self, start: Floats, end: Floats, low: Floats, high: Floats) -> NDArray[np.bool_]:
+        """Whether some of its edge (3, n), between two shares of its length, is in each cone.
+
+        Along an edge, q = a + s e, let t be the distance along the axis and l the one from it. The edge is in the
+        cone where l^2 - (r + k t)^2 <= 0: a quadratic in s, whose least value between the ends that count decides.
+        """
+        a, e, k = start - self.position, end - start, self.k
+        t, along = dot(self.axis, a), dot(self.axis, e)
+        low, high = _clipped(low, high, self.farthest - t, -along)
+        low, high = _clipped(low, high, t + self.radius, along)
+        wide = self.radius + k * t
+        square = dot(e, e) - along**2 - (k * along) ** 2
+        half = dot(a, e) - t * along - k * along * wide
+        rest = dot(a, a) - t**2 - wide**2
+        least = np.where(square > 0, np.clip(-half / np.where(square > 0, square, 1.0), low, high), low)
+        inside = np.zeros(t.size, dtype=bool)
+        for s in (low, high, least):
+            inside |= (square * s + 2 * half) * s + rest <= 0
+        return np.asarray(inside & (low <= high))

@@ -1,0 +1,73 @@
+"""The pieces of plane a scene's triangles make up, and the edges between them.
+
+Triangles of one surface in one plane are one face: light varies smoothly over it, so no line needs to be drawn
+inside. Planes are told apart by rounding; where that parts two that are one, a line too many is drawn, and
+nothing is wrong.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.vectors import Floats, dot, unit
+
+PLANE = 1e-8
+"""Planes closer than this (unit normals; offsets relative to the scene) are one."""
+
+
+@dataclass(frozen=True)
+class Faces:
+    """Flat faces.
+
+    Parameters
+    ----------
+    of_triangle : (t,) int64
+        Face of each triangle.
+    triangle : (f,) int64
+        A triangle of each face.
+    start, end : (3, s) float64
+        Edges that bound faces, each once.
+    """
+
+    of_triangle: Ints
+    triangle: Ints
+    start: Floats
+    end: Floats
+
+    @property
+    def count(self) -> int:
+        return int(self.triangle.size)
+
+
+def find_faces(geometry: Geometry) -> Faces:
+    """Group triangles into faces and list the edges between them."""
+    g = geometry
+    if g.triangles == 0:
+        nothing = np.zeros(0, dtype=np.int64)
+        return Faces(nothing, nothing, np.zeros((3, 0)), np.zeros((3, 0)))
+    normal = unit(g.normal)
+    middle = g.a.mean(axis=1, keepdims=True)
+    size = max(float(np.abs(g.a - middle).max()), np.finfo(float).tiny)
+    plane = np.vstack((normal, dot(normal, g.a - middle) / size)) / PLANE
+    keys = np.vstack((np.rint(plane + 0.1234), g.triangle_surface))
+    _, first, face = np.unique(keys, axis=1, return_index=True, return_inverse=True)
+    face = face.reshape(-1)
+    start, end = _outline(g, face)
+    return Faces(face, first, start, end)
+
+
+def _outline(g: Geometry, face: Ints) -> tuple[Floats, Floats]:
+    """Triangle edges without those inside a face, and without repeats."""
+    corners = np.hstack((g.a, g.b, g.c))
+    _, vertex = np.unique(corners, axis=1, return_inverse=True)
+    a, b, c = vertex.reshape(3, -1)
+    ends = np.sort(np.stack((np.hstack((a, b, c)), np.hstack((b, c, a)))), axis=0)
+    owner = np.tile(face, 3)
+    position = np.empty((3, int(vertex.max()) + 1))
+    position[:, vertex.reshape(-1)] = corners
+    sides, count = np.unique(np.vstack((ends, owner)), axis=1, return_counts=True)
+    bounds = np.unique(sides[:2, count == 1], axis=1)  # twice in one face: inside it
+    return position[:, bounds[0]], position[:, bounds[1]]

@@ -1,0 +1,207 @@
+"""Pixels and pieces of pixels, evaluated again where the estimated error says so, until the rest is small enough.
+
+A piece is first worth its radiance at the centroid (exact for a linear function), a whole pixel its centre plus
+the Laplacian over 24 of its neighbours (exact for a cubic one). Estimates of what is left:
+
+- a whole pixel: from fourth and sixth differences (see `smooth.WITHIN`).
+- where a whole shadow fits in a pixel (see `doubt`): a quarter of the unshadowed radiance at least.
+- a piece, and a pixel beside an edge: an eighth of the largest amount by which its value misses what the whole
+  pixels of its region around it predict, each with its own gradient; of the range of values where none does; the
+  whole value where there is no other; it, or the largest of its region nearby, where three regions meet (a corner
+  that stands on a floor: its shadow has no width there), where the piece is not seen at its centroid, or where its
+  cell could not be cut exactly.
+
+A value of another pixel that was itself extrapolated from the item's own proves nothing and is passed over; nor do
+dark values among themselves, deep in a penumbra: such items are evaluated on the next grid whatever their estimate.
+
+The items with the largest estimates are evaluated on a finer grid, round by round, until the squares of all
+others sum to less than the tolerance allows. After a round an item's estimate is half of what it changed by, and
+at least an eighth of what it was: a change that happens to vanish proves nothing. Where a light without extent can
+be blocked, radiance jumps within regions: errors then halve with the grid and do no better, first estimates are
+doubled, and at least half of an estimate stays.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nusselt.renderer.geometry.arrays import Ints
+from nusselt.renderer.vectors import Floats
+
+from .edge_fragments import Bits, cut_at_grid
+from .moments import Edges, pieces_of
+from .regions import Regions
+from .shade import Shader
+
+GRIDS = (1, 2, 4, 8, 16)
+"""Cells in a pixel's side, level by level."""
+
+
+@dataclass
+class Items:
+    """Regions in pixels: whole pixels, and pieces.
+
+    Parameters
+    ----------
+    pixel, region : (n,) int64
+    area, x, y : (n,) float64
+        Share of the pixel, centroid.
+    covariance : (3, n) float64
+    value : (3, n) float64
+        Mean radiance over the item, as far as known.
+    estimate : (n,) float64
+        Of its error (norm over the channels) times its area.
+    level : (n,) int64
+        Into GRIDS.
+    whole : (n,) bool
+    dark : (n,) bool
+        Whether it is to be evaluated at more points whatever its estimate: too dark for what is around it to tell.
+    """
+
+    pixel: Ints
+    region: Ints
+    area: Floats
+    x: Floats
+    y: Floats
+    covariance: Floats
+    value: Floats
+    estimate: Floats
+    level: Ints
+    whole: NDArray[np.bool_]
+    dark: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Points at which items are evaluated, with the item and the share of it each stands for."""
+
+    item: Ints
+    x: Floats
+    y: Floats
+    weight: Floats
+
+    @classmethod
+    def joined(cls, parts: list[Nodes]) -> Nodes:
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("item", "x", "y", "weight")))
+
+
+def refine(items: Items, edges: Edges, regions: Regions, shade: Shader, budget: float, jumps: bool) -> float:
+    """Refine items in place until the sum of squared estimates is below ``budget``; returns that sum."""
+    if jumps:
+        items.estimate *= 2
+    chosen = np.union1d(_worst(items, budget / 2), np.flatnonzero(items.dark))
+    while chosen.size:
+        for level in np.unique(items.level[chosen]):
+            mine = chosen[items.level[chosen] == level]
+            _evaluate(items, mine, int(level) + 1, edges, regions, shade, 1 / 2 if jumps else 1 / 8)
+        chosen = _worst(items, budget / 2)
+    return float((items.estimate**2).sum())
+
+
+def _worst(items: Items, budget: float) -> Ints:
+    """The fewest items, of those that can be refined, that bring the others below the budget."""
+    some = np.flatnonzero((items.level < len(GRIDS) - 1) & (items.estimate > 0))
+    square = items.estimate[some] ** 2
+    order = np.argsort(square, kind="stable")
+    kept = int(np.searchsorted(np.cumsum(square[order]), budget, side="right"))
+    return np.sort(some[order[kept:]])
+
+
+def _evaluate(
+    items: Items, chosen: Ints, level: int, edges: Edges, regions: Regions, shade: Shader, stays: float
+) -> None:
+    grid = GRIDS[level]
+    whole = items.whole[chosen]
+    parts = [_gauss(items, chosen[whole], grid)]
+    pieces = chosen[~whole]
+    if pieces.size:
+        parts += [_matched(items, pieces)] if level == 1 else _subdivided(items, pieces, grid, edges, regions)
+    nodes = Nodes.joined(parts)
+    count = items.pixel.size
+    seen = np.bincount(nodes.item, nodes.weight, count)
+    radiance = shade(nodes.x, nodes.y, items.region[nodes.item])
+    total = np.stack([np.bincount(nodes.item, nodes.weight * channel, count)[chosen] for channel in radiance])
+    found = seen[chosen] > 0
+    value = np.where(found, total / np.where(found, seen[chosen], 1.0), items.value[:, chosen])
+    change = np.sqrt(((value - items.value[:, chosen]) ** 2).sum(axis=0)) * items.area[chosen]
+    least = items.estimate[chosen] * stays
+    if level == 1 and pieces.size:  # nodes behind something else tell little of the piece
+        hidden = np.zeros(count, dtype=bool)
+        hidden[nodes.item[regions.seen(nodes.x, nodes.y) != items.region[nodes.item]]] = True
+        keep = hidden[chosen] & ~whole
+        least = np.where(keep, items.estimate[chosen], least)
+        value = np.where(keep, items.value[:, chosen], value)
+    items.value[:, chosen] = value
+    items.estimate[chosen] = np.maximum(change / 2, least)
+    items.level[chosen] = level
+
+
+def _gauss(items: Items, chosen: Ints, grid: int) -> Nodes:
+    """Gauss-Legendre over whole pixels."""
+    node, weight = np.polynomial.legendre.leggauss(grid)
+    node, weight = node / 2, weight / 2
+    x, y = items.x[chosen][:, None] + np.tile(node, grid), items.y[chosen][:, None] + np.repeat(node, grid)
+    share = np.broadcast_to(np.tile(weight, grid) * np.repeat(weight, grid), x.shape)
+    return Nodes(np.repeat(chosen, grid * grid), x.ravel(), y.ravel(), share.ravel())
+
+
+def _matched(items: Items, chosen: Ints) -> Nodes:
+    """Three points with the piece's centroid and covariance: exact to degree 2 on any shape."""
+    xx, xy, yy = items.covariance[:, chosen]
+    a = np.sqrt(np.maximum(xx, 1e-30))
+    b = xy / a
+    c = np.sqrt(np.maximum(yy - b * b, 0))
+    angle = 2 * np.pi * np.arange(3) / 3
+    u, v = np.sqrt(2) * np.cos(angle), np.sqrt(2) * np.sin(angle)
+    x = items.x[chosen][:, None] + a[:, None] * u
+    y = items.y[chosen][:, None] + b[:, None] * u + c[:, None] * v
+    return Nodes(np.repeat(chosen, 3), x.ravel(), y.ravel(), np.full(3 * chosen.size, 1 / 3))
+
+
+def _subdivided(items: Items, chosen: Ints, grid: int, edges: Edges, regions: Regions) -> list[Nodes]:
+    """The same exact moments on a grid inside the pixels; cells that cannot be cut are taken at their centre."""
+    width = regions.lens.width
+    pixels = np.unique(items.pixel[chosen])
+    mine = np.flatnonzero(np.isin(edges.bits.cell, pixels))
+    fine = _finer(edges, mine, grid, regions)
+    pieces, bad = pieces_of(fine, width * grid, grid, regions)
+    good = ~np.isin(pieces.cell, bad)
+    row, column = np.divmod(pixels, width)
+    i, j = np.divmod(np.arange(grid * grid), grid)
+    every = ((row[:, None] * grid + i) * (width * grid) + column[:, None] * grid + j).ravel()
+    plain = every[~np.isin(every, pieces.cell[good])]
+    y, x = (np.array(np.divmod(plain, width * grid)) + 0.5) / grid
+    parts = [
+        (pieces.cell[good], pieces.x[good] / grid, pieces.y[good] / grid, pieces.region[good], pieces.area[good]),
+        (plain, x, y, regions.seen(x, y), np.ones(plain.size)),
+    ]
+    return [_owned(items, chosen, width, grid, *part) for part in parts]
+
+
+def _finer(edges: Edges, mine: Ints, grid: int, regions: Regions) -> Edges:
+    bits = edges.bits.take(mine)
+    number = np.arange(mine.size)
+    scaled = Bits(bits.start * grid, bits.end * grid, bits.cell, number.astype(np.float64))
+    cut = cut_at_grid(scaled, regions.lens.width * grid, regions.lens.height * grid)
+    parent = cut.reach.astype(np.int64)
+    return Edges(
+        Bits(cut.start, cut.end, cut.cell, bits.reach[parent]), edges.left[mine][parent], edges.right[mine][parent]
+    )
+
+
+def _owned(
+    items: Items, chosen: Ints, width: int, grid: int, cell: Ints, x: Floats, y: Floats, region: Ints, area: Floats
+) -> Nodes:
+    """Nodes of the chosen items among points found in cells."""
+    row, column = np.divmod(cell, width * grid)
+    base = int(max(items.region.max(initial=0), region.max(initial=0))) + 2
+    key = ((row // grid) * width + column // grid) * base + region + 1
+    own = items.pixel[chosen] * base + items.region[chosen] + 1
+    order = np.argsort(own, kind="stable")
+    place = np.minimum(np.searchsorted(own[order], key), own.size - 1)
+    item = order[place]
+    match = own[item] == key
+    return Nodes(chosen[item[match]], x[match], y[match], area[match])

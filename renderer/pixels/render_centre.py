@@ -1,0 +1,163 @@
+"""Pixel centres to a tolerance: evaluated where they must be, interpolated where neighbours' differences allow it.
+
+The same lattice and the same checked bounds as between the edges of pixels by area (see `smooth`). Interpolation
+stays within one plane of one surface: where every pixel shows another triangle, every pixel is evaluated.
+"""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from nusselt.renderer.camera.rays import pixel_centres
+from nusselt.renderer.camera.view import View, look
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators.protocol import Estimator
+from nusselt.renderer.geometry.arrays import Ints
+from nusselt.renderer.image import Image, prepare
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats, dot
+
+from .faces import PLANE
+from .interpolation import Bools, fill_centres
+
+STRIP = 16
+"""Rows that are sorted as one."""
+SMALLEST, LARGEST = 512, 4096
+"""Pixels in a piece of work."""
+
+
+@dataclass(frozen=True)
+class CentreImage:
+    """An image and what it took.
+
+    Parameters
+    ----------
+    image : Image
+    error : float
+        Bound of the RMS error due to interpolation over shaded pixels, relative to their RMS: measured where the
+        function is smooth at the scale of what was evaluated, or kinked.
+    tolerance : float
+        What was asked.
+    evaluations : int
+        Pixels evaluated.
+    """
+
+    image: Image
+    error: float
+    tolerance: float
+    evaluations: int
+
+
+@dataclass(frozen=True)
+class _Work:
+    scene: Scene
+    estimator: Estimator
+
+    def __call__(self, index: Ints) -> Floats:
+        """Reflected radiance (3, n) at the centres of pixels that reflect."""
+        scene, geometry, needs = prepare(self.scene)
+        row, column = np.divmod(index, scene.width)
+        points = look(scene, geometry, column + 0.5, row + 0.5).points
+        out, unused = np.zeros((3, index.size)), np.random.default_rng(0)
+        for source in needs.sources:
+            out += self.estimator(points, source.seen_from(points.position), unused)
+        return out
+
+
+def render_centre(
+    scene: Scene, estimator: Estimator, *, tolerance: float = 1e-3, executor: Executor | None = None
+) -> CentreImage:
+    """Render pixel centres.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its ``spp`` is not used.
+    estimator : Estimator
+        One without noise.
+    tolerance : float
+        RMS error of interpolation over the shaded pixels, relative to their RMS, in (0, 1).
+    executor : Executor, optional
+        Where points are shaded. The image does not depend on it.
+
+    Raises
+    ------
+    InputError
+        If the estimator is random, or the tolerance is not in (0, 1).
+    """
+    if not 0 < tolerance < 1:
+        raise InputError("tolerance", tolerance, "a number in (0, 1)")
+    near, geometry, needs = prepare(scene)
+    if estimator.is_random(needs):
+        raise InputError("estimator", estimator.name, "one without noise in this scene, for interpolation")
+    height, width = scene.height, scene.width
+    view = look(near, geometry, *pixel_centres(range(width), range(height)))
+    evaluated = 0
+
+    def evaluate(index: Ints) -> Floats:
+        nonlocal evaluated
+        evaluated += index.size
+        return work_on(scene, estimator, index, executor)
+
+    def allowed(first: Floats) -> float:
+        return tolerance * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
+
+    centre, bound, _ = fill_centres(planes(view).reshape(height, width), evaluate, allowed)
+    mean = np.where(np.isfinite(centre), centre, 0.0) + view.emission.reshape(3, height, width)
+    square = float((np.where(np.isfinite(centre), centre, 0.0) ** 2).sum())
+    error = math.sqrt(float((bound**2).sum()) / square) if square > 0 else 0.0
+    back = int(view.back.sum())
+    emitter, background = (v.reshape(height, width).astype(float) for v in (view.emitter, view.background))
+    return CentreImage(still_image(mean, emitter, background, back), error, tolerance, evaluated)
+
+
+def planes(view: View) -> Ints:
+    """A number (n,) for each plane of each surface that reflects; -1 for pixels that do not."""
+    found = np.full(view.background.size, -1)
+    points, k = view.points, view.lit
+    if k.size == 0:
+        return found
+    size = max(float(np.abs(points.position).max()), np.finfo(float).tiny)
+    offset = dot(points.normal, points.position) / size
+    keys = np.rint(np.vstack((points.normal, offset)) / PLANE + 0.1234)
+    _, number = np.unique(np.vstack((keys, view.hits.surface[k])), axis=1, return_inverse=True)
+    found[k] = number.reshape(-1)
+    return found
+
+
+def work_on(scene: Scene, estimator: Estimator, index: Ints, executor: Executor | None) -> Floats:
+    """Reflected radiance (3, n) at the centres of pixels (n,) that reflect."""
+    work, width = _Work(scene, estimator), scene.width
+    row, column = np.divmod(index, width)
+    order = np.lexsort((column, row // STRIP))
+    size = min(max(-(-index.size // 4), SMALLEST), LARGEST)
+    parts = [order[start : start + size] for start in range(0, index.size, size)]
+    out = np.empty((3, index.size))
+    run = map if executor is None or len(parts) < 2 else executor.map
+    for part, values in zip(parts, run(work, [index[part] for part in parts]), strict=True):
+        out[:, part] = values
+    return out
+
+
+def still_image(mean: Floats, emitter: Floats, background: Floats, back: int) -> Image:
+    """An image without noise: radiance (3, h, w), shares of emitters and background (h, w), pixels of backs."""
+    zero = np.zeros_like(emitter)
+    shaded: Bools = (emitter == 0) & (background == 0)
+    return Image(
+        first=mean,
+        mean=mean,
+        variance=np.zeros_like(mean),
+        pixel_variance=zero,
+        level_mean=255 * np.clip(mean, 0, 1),
+        level_variance=np.zeros_like(mean),
+        emitter=emitter,
+        background=background,
+        unjudged=np.zeros(emitter.shape, dtype=bool),
+        pass_means=np.array([float(mean.mean(axis=0)[shaded].sum()) / max(int(shaded.sum()), 1)]),
+        back_faces=back,
+        left_out=(),
+    )

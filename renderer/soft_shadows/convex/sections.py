@@ -1,0 +1,278 @@
+"""What hides a parallelogram light from a point, as regions of the light's own square.
+
+A light point is p + u ab + v ac, (u, v) in [0, 1]^2, p the corner as the shading point sees it. A plane through the
+point cuts the square in the line a u + b v + c = 0, so that a convex cone is a convex region of the square however
+far behind the point its body reaches, and nothing is ever projected. The coefficients are taken in double-double from
+coordinates that are given exactly: each line lies where it should to the rounding of float64, and what coincides in
+space coincides here to that rounding.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from nusselt.renderer.closed_forms import double_double as dd
+from nusselt.renderer.geometry.arrays import Bools, Ints
+from nusselt.renderer.vectors import Floats, cross, dot
+
+NO_LINE = -1
+
+
+@dataclass(frozen=True)
+class Square:
+    """A light's square as n points see it.
+
+    Parameters
+    ----------
+    p : (3, n) float64
+        The corner, relative to each point.
+    low : (3, n) float64
+        What rounding took from ``p``.
+    ab, ac : (3, 1) float64
+        Its sides.
+    normal : (3, n) float64
+        The points'.
+    """
+
+    p: Floats
+    low: Floats
+    ab: Floats
+    ac: Floats
+    normal: Floats
+
+    @classmethod
+    def seen(cls, points: Floats, normal: Floats, corner: Floats, ab: Floats, ac: Floats) -> Square:
+        """From points (3, n) with unit normals (3, n)."""
+        p, low = dd.two_sum(np.broadcast_to(corner, points.shape), -points)
+        return cls(p, low, ab, ac, normal)
+
+    @property
+    def corners(self) -> list[Floats]:
+        """Four times (3, n), clockwise for points that the light faces."""
+        return [self.p, self.p + self.ab, self.p + self.ab + self.ac, self.p + self.ac]
+
+    def at(self, point: Ints, u: Floats, v: Floats) -> Floats:
+        """Directions (3, k) to places (u, v) from the points (k,)."""
+        return self.p[:, point] + u * self.ab + v * self.ac
+
+    def place(self, point: Ints, d: Floats) -> tuple[Floats, Floats]:
+        """Where directions (3, k) meet the light's plane; nan where they do not."""
+        n = cross(self.ab, self.ac)
+        p = self.p[:, point]
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            ahead = dot(n, p) / dot(n, d)
+            q = np.where(ahead > 0, d * ahead - p, np.nan)
+            square = dot(n, n)
+            return np.asarray(dot(cross(self.ac, n), q) / square), np.asarray(dot(cross(n, self.ab), q) / square)
+
+    def sides(self) -> Floats:
+        """Planes (3, 4, n) through the square's sides, pointing inwards."""
+        corners = self.corners
+        return np.stack([cross(corners[k], corners[(k + 1) % 4]) for k in range(4)], axis=1)
+
+    def cone(self) -> Floats:
+        """Planes (3, 5, n) that hold what can matter: the sides', and the horizon."""
+        return np.concatenate((self.sides(), self.normal[:, None]), axis=1)
+
+    def edges(self, vertices: Floats, points: Floats, point: Ints) -> Lines:
+        """Lines of the edges of closed loops of vertices (3, k, q) before points (3, q), of those that may matter.
+
+        In float64 first: what then lies beyond one of its lines with all of the square is left out, and what is not
+        known to PLACE is taken again in double-double.
+        """
+        start, step = vertices - points[:, None], np.roll(vertices, -1, axis=1) - vertices
+        room = np.abs(start).max(axis=0) * np.abs(step).max(axis=0)
+        lines, kept = self._rounded(cross(start, step), room, point)
+        vague = self._vague(lines)
+        if vague.size:
+            of = kept[vague]
+            corners = vertices[..., of]
+            arms = dd.two_sum(corners, -points[:, None, of])
+            sides = dd.two_sum(np.roll(corners, -1, axis=1), -corners)
+            self._mend(lines, vague, dd.cross(arms, sides))
+        return lines
+
+    def lines(self, planes: Floats, point: Ints) -> Lines:
+        """Lines of planes (3, k, q) of unit normals through the points (q,), of those that may matter."""
+        lines, kept = self._rounded(planes, np.ones(planes.shape[1:]), point)
+        vague = self._vague(lines)
+        if vague.size:
+            self._mend(lines, vague, dd.exact(planes[..., kept[vague]]))
+        return lines
+
+    def _rounded(self, plane: Floats, room: Floats, point: Ints) -> tuple[Lines, Ints]:
+        """Lines in float64 of planes (3, k, q) that are products of the size ``room`` (k, q); and which are kept."""
+        p = self.p[:, point]
+        a, b, c = dot(plane, self.ab[..., None]), dot(plane, self.ac[..., None]), dot(plane, p[:, None])
+        reach = np.maximum(np.abs(p).max(axis=0), max(np.abs(self.ab).max(), np.abs(self.ac).max()))
+        beyond = c + np.maximum(a, 0) + np.maximum(b, 0) < -4 * ROUNDING * room * reach
+        kept = np.flatnonzero(~beyond.any(axis=0))
+        point, plane, a, b, c, room = point[kept], plane[..., kept], a[:, kept], b[:, kept], c[:, kept], room[:, kept]
+        length = np.sqrt(dot(plane, plane))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turn = np.where(length > 0, room / length, np.where((room > 0) & (a != 0), np.inf, 0.0)).max(axis=0)
+        place = ROUNDING * (turn + reach[kept] / self.nearest[point])
+        size = np.maximum(np.maximum(np.abs(a), np.abs(b)), np.abs(c))
+        size += size == 0
+        return Lines(point, plane, a / size, b / size, c / size, place), kept
+
+    def _vague(self, lines: Lines) -> Ints:
+        """Pairs whose lines are not known to PLACE of the square as it is seen."""
+        return np.flatnonzero(~(lines.place <= PLACE * self.width[lines.point]))
+
+    def _mend(self, lines: Lines, index: Ints, plane: dd.Pair) -> None:
+        """The same of planes in double-double, for the lines of some pairs (k,)."""
+        point = lines.point[index]
+        ab, ac = (dd.exact(v[:, :, None]) for v in (self.ab, self.ac))
+        p = self.p[:, None, point], self.low[:, None, point]
+        a, b, c = (dd.value(dd.dot(plane, v)) for v in (ab, ac, p))
+        size = np.maximum(np.maximum(np.abs(a), np.abs(b)), np.abs(c))
+        size += size == 0
+        for v, mended in zip((lines.a, lines.b, lines.c), (a, b, c), strict=True):
+            v[:, index] = mended / size
+        lines.planes[..., index] = dd.value(plane)
+        lines.place[index] = FINE * self.width[point]
+
+    @cached_property
+    def nearest(self) -> Floats:
+        """At most the distance (n,) of the square's nearest place."""
+        normal, middle = cross(self.ab, self.ac), self.p + 0.5 * (self.ab + self.ac)
+        height = np.abs(dot(normal, self.p)) / np.sqrt(dot(normal, normal))
+        return np.maximum(np.sqrt(dot(middle, middle)) - self.reach, height)
+
+    @property
+    def reach(self) -> float:
+        """At least half its diagonal."""
+        return float(0.5 * (np.sqrt(dot(self.ab, self.ab)) + np.sqrt(dot(self.ac, self.ac)))[0])
+
+    @cached_property
+    def width(self) -> Floats:
+        """At least the angle (n,) under which it is seen, in radians, but for a factor of pi where it is wide."""
+        return np.minimum(2 * self.reach / self.nearest, 1.0)
+
+
+@dataclass(frozen=True)
+class HalfPlanes:
+    """Convex regions of the square, one for each pair of a point and a body: where all lines are >= 0.
+
+    Parameters
+    ----------
+    point : (q,) int64
+        Ascending.
+    planes : (3, k, q) float64
+        Through the point, pointing inwards; zero where a region has fewer lines.
+    a, b, c : (k, q) float64
+        Their lines a u + b v + c >= 0.
+    place : (q,) float64
+        By which angle a line may lie from where it should, in radians.
+    blocks : (q,) bool
+        Bodies; the others are horizons.
+    """
+
+    point: Ints
+    planes: Floats
+    a: Floats
+    b: Floats
+    c: Floats
+    place: Floats
+    blocks: Bools
+
+    @property
+    def count(self) -> int:
+        return self.point.size
+
+    def take(self, index: Ints) -> HalfPlanes:
+        """Some of the pairs, in order."""
+        a, b, c = (v[:, index] for v in (self.a, self.b, self.c))
+        return HalfPlanes(self.point[index], self.planes[..., index], a, b, c, self.place[index], self.blocks[index])
+
+    def interval(self, pair: Ints, u: Floats) -> tuple[Floats, Floats, Ints, Ints]:
+        """What regions (m,) hide at u (m,): from v = lo to hi, and the lines (m,) that bound it; NO_LINE for none.
+
+        lo > hi where they hide nothing.
+        """
+        lo, hi = np.full(u.shape, -np.inf), np.full(u.shape, np.inf)
+        below, above = np.full(u.shape, NO_LINE), np.full(u.shape, NO_LINE)
+        for k in range(self.a.shape[0]):
+            a, b, c = self.a[k, pair], self.b[k, pair], self.c[k, pair]
+            rest = a * u + c
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                v = -rest / b
+            rises, falls = (b > 0) & (v > lo), (b < 0) & (v < hi)
+            lo, hi = np.where(rises, v, lo), np.where(falls, v, hi)
+            below, above = np.where(rises, k, below), np.where(falls, k, above)
+            hi = np.where((b == 0) & (rest < 0), -np.inf, hi)
+        return lo, hi, below, above
+
+    def segments(self) -> tuple[Ints, Ints, Floats, Floats]:
+        """The lines' parts on their regions' rim and in the square: pair and line (m,), ends u, v (2, m)."""
+        lines, q = self.a.shape
+        there = (self.a != 0) | (self.b != 0)
+        steep = np.abs(self.a) > np.abs(self.b)  # then v is the parameter, else u
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope = np.where(there, np.where(steep, -self.b / self.a, -self.a / self.b), 0.0)
+            base = np.where(there, np.where(steep, -self.c / self.a, -self.c / self.b), 0.0)
+        first, last = np.zeros((lines, q)), np.where(there, 1.0, -1.0)
+        limits = [(slope, base), (-slope, 1 - base)]
+        for k in range(lines):
+            along = np.where(steep, self.b[k] + self.a[k] * slope, self.a[k] + self.b[k] * slope)
+            rest = np.where(steep, self.a[k] * base, self.b[k] * base) + self.c[k]
+            own = np.arange(lines)[:, None] == k
+            limits.append((np.where(own, 0.0, along), np.where(own, 0.0, rest)))
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            for along, rest in limits:
+                cut = -rest / along
+                first = np.where(along > ROUND, np.maximum(first, cut), first)
+                last = np.where(along < -ROUND, np.minimum(last, cut), last)
+                last = np.where((np.abs(along) <= ROUND) & (rest < -ROUND), -1.0, last)
+        line, pair = np.nonzero(first <= last)
+        t = np.stack((first[line, pair], last[line, pair]))
+        other = slope[line, pair] * t + base[line, pair]
+        steep = steep[line, pair]
+        u, v = np.clip(np.where(steep, other, t), 0.0, 1.0), np.clip(np.where(steep, t, other), 0.0, 1.0)
+        # What runs along v = 0 or 1 parts nothing, and does not tell how far a region reaches.
+        inner = np.flatnonzero((v.max(axis=0) > ROUND) & (v.min(axis=0) < 1 - ROUND))
+        return pair[inner], line[inner], u[:, inner], v[:, inner]
+
+
+ROUNDING = 12 * 2.0**-53
+"""Rounding of a plane's components in float64, in products of the vectors' largest components, and of its line's."""
+PLACE, FINE = 2e-13, 2e-15
+"""How wrong a line may be as it is seen, relative to the square's width, in float64; and in double-double."""
+ROUND = 1e-14
+"""Rounding of a line's value where its coefficients are at most 1: lines that part by less are one."""
+
+
+@dataclass(frozen=True)
+class Lines:
+    """The same before they are `gathered`: of as many lines each."""
+
+    point: Ints
+    planes: Floats
+    a: Floats
+    b: Floats
+    c: Floats
+    place: Floats
+    blocks: bool = True
+
+
+def gathered(parts: list[Lines]) -> HalfPlanes:
+    """Regions of any numbers of lines as one, by point."""
+    widest = max((part.a.shape[0] for part in parts), default=1)
+    order = np.argsort(np.concatenate([np.empty(0, dtype=np.int64), *(part.point for part in parts)]), kind="stable")
+
+    def padded(v: Floats) -> Floats:
+        return np.concatenate((v, np.zeros((*v.shape[:-2], widest - v.shape[-2], v.shape[-1]))), axis=-2)
+
+    def whole(name: str, empty: Floats) -> Floats:
+        return np.concatenate([empty, *(padded(getattr(part, name)) for part in parts)], axis=-1)[..., order]
+
+    point = np.concatenate([np.empty(0, dtype=np.int64), *(part.point for part in parts)])[order]
+    flat = np.zeros((widest, 0))
+    a, b, c = (whole(name, flat) for name in "abc")
+    place = np.concatenate([np.empty(0), *(part.place for part in parts)])[order]
+    blocks = np.concatenate([np.empty(0, dtype=bool), *(np.full(part.point.size, part.blocks) for part in parts)])
+    return HalfPlanes(point, whole("planes", np.zeros((3, widest, 0))), a, b, c, place, blocks[order])

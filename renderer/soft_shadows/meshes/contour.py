@@ -1,0 +1,263 @@
+"""Silhouette edges from many points, cut to the light above their horizon, and Lambert's terms along them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nusselt.renderer.geometry.arrays import Ints
+from nusselt.renderer.geometry.ragged import take
+from nusselt.renderer.vectors import Floats, cross, dot
+
+from .light_frame import Candidates, LightFrame
+
+
+def edge_terms(a: Floats, way: Floats, n: Floats, size: Floats | float = 0.0) -> tuple[Floats, Floats]:
+    """Lambert's -1/2 angle(a, b) n . (a x b)/|a x b| with b = a + way, and what rounding does to it.
+
+    Positive along a counter-clockwise rim above the horizon. The product a x way and the angle from atan2 keep their
+    digits however short the way; parallel a and b give 0.
+
+    Parameters
+    ----------
+    a, way, n : (3, m) float64
+        The way is rounded relative to itself.
+    size : (m,) float64
+        Magnitude of the coordinates whose rounding moves a and b.
+
+    Returns
+    -------
+    term : (m,) float64
+    doubt : (m,) float64
+        Of the order of how much it changes, in units of a relative rounding error: the plane of a and b turns by
+        |a| |way| / |a x way|, and size / |a| more.
+    """
+    normal = cross(a, way)
+    square, along = dot(a, a), dot(a, way)
+    sine = np.sqrt(dot(normal, normal))
+    angle = np.arctan2(sine, square + along)
+    inverse = np.divide(angle, sine, out=np.zeros_like(sine), where=sine > 0)
+    length = dot(way, way)
+    doubt = inverse * np.sqrt(square * length)
+    near = np.minimum(square, square + 2 * along + length)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        doubt *= 1 + np.where(near > 0, size / np.sqrt(np.maximum(near, 0)), np.inf)
+    return -0.5 * inverse * dot(n, normal), doubt
+
+
+def edge_term(a: Floats, b: Floats, n: Floats) -> Floats:
+    """Lambert's term from a to b: see `edge_terms`."""
+    return edge_terms(a, b - a, n)[0]
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """The parts of silhouette edges that lie before the light; layers on the left seen from the receiver.
+
+    Parameters
+    ----------
+    owner : (m,) int64
+        Receiver of each.
+    a, b : (3, m) float64
+        Ends, from the receiver.
+    enters, leaves : (m,) int64
+        Side of the rim where it begins and ends: 0 to 3, 4 for the horizon, or -1 if it does so inside.
+    p, q : (2, m) float64
+        Ends on the light.
+    """
+
+    owner: Ints
+    a: Floats
+    b: Floats
+    enters: Ints
+    leaves: Ints
+    p: Floats
+    q: Floats
+
+
+HORIZON = 1e-12
+"""Height over the horizon, against the coordinates, below which an edge is taken to lie on it: the edges of the
+face that a point lies on do, to rounding."""
+
+
+def pieces(edges: Candidates, height: Floats, x: Floats, n: Floats, local: Floats, frame: LightFrame) -> Pieces:
+    """Of points x with normals n, (3, m), ``local`` in the light's frame, at ``height`` (f, m) over the faces."""
+    front = height > 0  # each face once: were two of its edges to disagree by rounding, the contour would not close
+    left = np.take(front, edges.left, axis=0)
+    pair = np.flatnonzero(left != np.take(front, edges.right, axis=0))
+    edge, owner = np.divmod(pair, x.shape[1])
+    ahead = take(left.ravel(), pair)
+    at = take(local, owner)
+    a, b = take(edges.local_start, edge) - at, take(edges.local_end, edge) - at
+    first, last = np.zeros(pair.size), np.ones(pair.size)
+    begins, ends = np.full(pair.size, -1), np.full(pair.size, -1)
+    sides = ((0, 1.0, 0.0), (1, -1.0, 1.0), (0, -1.0, 1.0), (1, 1.0, 0.0))
+    # A light wholly above a horizon has nothing before it that is not.
+    clear = above_horizon(x, n, frame)
+    for side in range(4 if clear else 5):
+        if side < 4:  # inside where sign (p - bound) >= 0, times the depth -r of the direction
+            axis, sign, bound = sides[side]
+            arm = at[axis] - bound
+            ga, gb = (sign * (at[2] * v[axis] - arm * v[2]) for v in (a, b))
+        else:
+            ga, gb = _over_horizon(edges, edge, x, n, owner)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            cut = ga / (ga - gb)
+        later = (ga < 0) & (gb >= 0) & (cut > first)
+        sooner = (ga >= 0) & (gb < 0) & (cut < last)
+        first, begins = np.where(later, cut, first), np.where(later, side, begins)
+        last, ends = np.where(sooner, cut, last), np.where(sooner, side, ends)
+        last = np.where((ga < 0) & (gb < 0), -1.0, last)
+    # One that only starts on the rim, or ends there, has no length, but is where the contour leaves or enters.
+    k = np.flatnonzero((first <= last) & (np.minimum(a[2], b[2]) < 0))
+    edge, owner, ahead = take(edge, k), take(owner, k), take(ahead, k)
+    first, last, begins, ends = (take(v, k) for v in (first, last, begins, ends))
+    at = take(x, owner)
+    a, b = take(edges.start, edge) - at, take(edges.end, edge) - at
+    way = b - a
+    a, b = np.where(first > 0, a + first * way, a), np.where(last < 1, a + last * way, b)
+    a, b = np.where(ahead, a, b), np.where(ahead, b, a)
+    begins, ends = np.where(ahead, begins, ends), np.where(ahead, ends, begins)
+    at = take(local, owner)
+    on = []
+    for v in (a, b):
+        u = [row[0] * v[0] + row[1] * v[1] + row[2] * v[2] for row in frame.rows]
+        reach = at[2] / np.minimum(u[2], -1e-300)
+        on.append([np.clip(at[axis] - reach * u[axis], 0, 1) for axis in (0, 1)])
+    p, q = (np.stack((on[0][axis], on[1][axis])) for axis in (0, 1))
+    for end, where in enumerate((begins, ends)):
+        for side, (axis, _, bound) in enumerate(sides):  # on the rim to the last bit, or strips would not close
+            (p, q)[axis][end, where == side] = bound
+    return Pieces(owner, a, b, begins, ends, p, q)
+
+
+def above_horizon(x: Floats, n: Floats, frame: LightFrame) -> bool:
+    """Whether all of the light is above the horizon of each point x with normal n, (3, m), by more than rounding."""
+    height = dot(n[:, None, :], frame.rim[:, :, None] - x[:, None, :])
+    size = np.abs(frame.rim).max() + np.abs(x).max(initial=0)
+    return bool((height > HORIZON * size).all())
+
+
+def _over_horizon(edges: Candidates, edge: Ints, x: Floats, n: Floats, owner: Ints) -> tuple[Floats, Floats]:
+    """Heights of the ends of edges over the horizons of their points, less the tolerance; each (m,)."""
+    own = dot(n, x)
+    size = HORIZON * (np.abs(edges.start).max(initial=0) + np.abs(x).max(initial=0))
+    normal, level = take(n, owner), take(own, owner) + size
+    first, last = (dot(normal, take(end, edge)) - level for end in (edges.start, edges.end))
+    return first, last
+
+
+@dataclass(frozen=True)
+class Rim:
+    """The light's rim above the horizon of n points, walked from its first corner, which is.
+
+    Parameters
+    ----------
+    begin : (5, 3, n) float64
+        Where each side begins, from the point: the light's four, and the horizon's part between them.
+    passed : (5, n) float64
+        Sum of Lambert's terms before each side.
+    whole : (n,) float64
+        Of all of them: the light's irradiance.
+    doubt : (n,) float64
+        What rounding does to that: see `edge_terms`.
+    rising : (n,) bool
+        Whether the horizon bounds the light on the left, beyond the first side.
+    q : (2, n) float64
+        Where the horizon's part begins and ends on the light; 0 if there is none.
+    """
+
+    begin: Floats
+    passed: Floats
+    whole: Floats
+    doubt: Floats
+    rising: NDArray[np.bool_]
+    q: Floats
+
+    @classmethod
+    def of(cls, x: Floats, n: Floats, frame: LightFrame, size: Floats) -> Rim:
+        """For points x with normals n, (3, n), and coordinates of magnitude ``size`` (n,)."""
+        corners = frame.rim[:, :, None] - x[:, None, :]
+        height = dot(n[:, None, :], corners)
+        terms, begin, q, doubt = [], [], np.zeros((2, x.shape[1])), np.zeros(x.shape[1])
+        sinks = np.zeros((5, x.shape[1]), dtype=bool)  # the horizon's part comes after the side that sinks
+        horizon = np.zeros((2, 3, x.shape[1]))
+        for j in range(4):
+            a, b, ha, hb = corners[:, j], corners[:, (j + 1) % 4], height[j], height[(j + 1) % 4]
+            crosses = (ha >= 0) != (hb >= 0)
+            share = np.divide(ha, ha - hb, out=np.zeros_like(ha), where=crosses)
+            at = a + share * (b - a)
+            sinks[j + 1] = crosses & (ha >= 0)
+            for end, mine in ((0, sinks[j + 1]), (1, crosses & (ha < 0))):
+                horizon[end] = np.where(mine, at, horizon[end])
+                q[end] = np.where(mine, (share, 1.0, 1 - share, 0.0)[j], q[end])
+            start, stop = np.where(ha >= 0, a, at), np.where(hb >= 0, b, at)
+            term, more = edge_terms(start, stop - start, n, size)
+            terms.append(np.where((ha >= 0) | (hb >= 0), term, 0.0))
+            doubt += more
+            begin.append(start)
+        cut = sinks.any(axis=0)
+        term, more = edge_terms(horizon[0], horizon[1] - horizon[0], n, size)
+        level = np.where(cut, term, 0.0)
+        before = np.cumsum(np.stack([np.zeros(x.shape[1]), *terms]), axis=0)
+        sunk = np.cumsum(sinks, axis=0) > 0
+        passed = before[:4] + np.where(sunk[:4], level, 0.0)
+        own = np.where(sinks, before, 0.0).sum(axis=0)
+        return cls(
+            np.stack([*begin, horizon[0]]),
+            np.concatenate((passed, own[None])),
+            before[4] + level,
+            doubt + np.where(cut, more, 0.0),
+            sinks[1] & (q[1] > q[0]),
+            q * cut,
+        )
+
+
+def before_corner(cut: Pieces, at: Floats, jump: Ints, spot: Floats, within: Ints) -> Ints:
+    """Layers (n,) before the light's first corner, from those ``within`` (n,) before its points ``spot`` (2, n).
+
+    What is passed on the way from there, along q to the light's left and down, is told from the pieces themselves,
+    so that a contour through the corner is on the same side of it here and there. ``at``, ``jump``: see `layers`.
+    """
+    p, q = take(spot, cut.owner)
+    passed = np.flatnonzero((cut.q[0] < q) != (cut.q[1] < q))
+    share = (q - cut.q[0])[passed] / (cut.q[1] - cut.q[0])[passed]
+    k = passed[cut.p[0][passed] + share * (cut.p[1] - cut.p[0])[passed] < p[passed]]
+    count = within.size
+    steps = np.bincount(cut.owner[k], np.where(cut.q[1] > cut.q[0], 1, -1)[k], minlength=count)
+    owner = np.concatenate((cut.owner, cut.owner))
+    turned = np.flatnonzero(at < take(spot[1], owner))
+    jumps = np.bincount(owner[turned], jump[turned], minlength=count)
+    return within - np.rint(steps + jumps).astype(np.int64)
+
+
+def on_left(cut: Pieces, rim: Rim) -> tuple[Floats, Ints]:
+    """For every piece's beginning, then every end: how far up the light's left (q, or 2 if not there) w changes, and
+    by how much; (2 m,)."""
+    at = [
+        np.where((side == 0) | ((side == 4) & take(rim.rising, cut.owner)), q, 2.0)
+        for side, q in ((cut.enters, cut.q[0]), (cut.leaves, cut.q[1]))
+    ]
+    return np.concatenate(at), np.repeat([-1, 1], cut.owner.size)
+
+
+def layers(cut: Pieces, rim: Rim, n: Floats, start: Ints, size: Floats) -> tuple[Floats, Floats]:
+    """int f w over the light for points with normals n (3, n) and layers ``start`` (n,) before the first corner.
+
+    Along the rim from that corner, w falls where a piece enters and rises where one leaves. Returned with the sum of
+    all terms' doubts, for coordinates of magnitude ``size`` (n,).
+    """
+    count = n.shape[1]
+    normal = take(n, cut.owner)
+    term, doubt = edge_terms(cut.a, cut.b - cut.a, normal, take(size, cut.owner))
+    value = start * rim.whole + np.bincount(cut.owner, term, minlength=count)
+    rims = np.abs(start)
+    for side, end, jump in ((cut.enters, cut.a, -1.0), (cut.leaves, cut.b, 1.0)):
+        k = np.flatnonzero(side >= 0)
+        who, j = cut.owner[k], side[k]
+        along = rim.passed[j, who] + edge_term(rim.begin[j, :, who].T, end[:, k], normal[:, k])
+        value += np.bincount(who, jump * (rim.whole[who] - along), minlength=count)
+        rims = rims + 2 * np.bincount(who, minlength=count)
+    return value, np.bincount(cut.owner, doubt, minlength=count) + rims * rim.doubt

@@ -1,0 +1,189 @@
+"""Irradiance that a closed surface keeps from points, block by block of neighbouring points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nusselt.renderer.geometry.arrays import Ints
+from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.needs import Source
+from nusselt.renderer.vectors import Floats, column, dot
+from nusselt.renderer.visibility.bvh import morton
+from nusselt.renderer.visibility.shared_points import CommonVisibility
+from nusselt.renderer.visibility.silhouette import Outline
+
+from .contour import Rim, before_corner, layers, on_left, pieces
+from .light_frame import Candidates, LightFrame
+from .overlap import extra_layers
+from .rounding import on_folds, rounding
+
+LEVELS = (2048, 256, 64)
+"""Points in the blocks for which candidate edges are sought, each within the one before."""
+
+SPOT = (0.3819660112501051, 0.2763932022500210)
+"""A point of the light, where it is seen whether anything is in the way: one that nobody's coordinates meet."""
+
+NEARER = (1.0, 2.0**-8, 2.0**-16, 2.0**-24, 0.0)
+"""How much nearer to its first corner for points whose horizon hides that."""
+
+PAIRS = 1 << 19
+"""Edge-point pairs looked at at once."""
+
+
+def shines_clear(source: Source) -> bool:
+    """Whether there is nothing in a quad light's way, or a closed surface wholly on its shining side."""
+    if source.blockers.hierarchy is None:
+        return True
+    outline = CommonVisibility.of(source).outline
+    if outline is None or not isinstance(source.light, QuadLight):
+        return False
+    frame = LightFrame.of(source.light)
+    return bool(min(frame.point(ends)[2].min(initial=1) for ends in (outline.start, outline.end)) > 0)
+
+
+def hidden_irradiance(
+    source: Source,
+    x: Floats,
+    n: Floats,
+    outside: NDArray[np.bool_] | None = None,
+) -> tuple[Floats, Floats]:
+    """What the surface in the source's hierarchy keeps from points, for unit radiance, and a bound of its error.
+
+    Parameters
+    ----------
+    source : Source
+        A quad light, and blockers whose hierarchy is a closed surface wholly on the light's shining side.
+    x, n : (3, m) float64
+        Points, outside the surface or on it, and unit normals.
+    outside : (m,) bool, optional
+        See `ShadingPoints`.
+
+    Returns
+    -------
+    value, bound : (m,) float64
+        Irradiance, relative to radiance 1, and a bound of its absolute error: see `rounding`.
+
+    Raises
+    ------
+    ValueError
+        If the source is not of that kind.
+    """
+    view = CommonVisibility.of(source)
+    if view.outline is None or not isinstance(source.light, QuadLight):
+        raise ValueError("a quad light and a closed surface before it are needed")
+    if not shines_clear(source):
+        raise ValueError("the surface reaches behind the light")
+    out = np.zeros((2, x.shape[1]))
+    own = LightFrame.of(source.light)
+    height = dot(n[:, None, :], own.rim[:, :, None] - x[:, None, :])
+    highest = np.where((height.max(axis=0) > 0) & (own.point(x)[2] > 0), height.argmax(axis=0), -1)
+    for corner in np.unique(highest[highest >= 0]).tolist():
+        # The rim is walked from the corner that is highest over the point's horizon.
+        k = np.flatnonzero(highest == corner)
+        around = None if outside is None else outside[k]
+        out[:, k] = _from_corner(view, LightFrame.turned(source.light, corner), x[:, k], n[:, k], around)
+    return out[0], out[1]
+
+
+@dataclass(frozen=True)
+class Points:
+    """Receivers, neighbours next to each other.
+
+    Parameters
+    ----------
+    x, n, local : (3, m) float64
+        Points, unit normals, and the points in the light's frame.
+    spot : (2, m) float64
+        A point of the light above the horizon.
+    within : (m,) int64
+        Layers before that.
+    """
+
+    x: Floats
+    n: Floats
+    local: Floats
+    spot: Floats
+    within: Ints
+
+    def part(self, s: slice) -> Points:
+        return Points(self.x[:, s], self.n[:, s], self.local[:, s], self.spot[:, s], self.within[s])
+
+
+@lru_cache(maxsize=8)
+def _candidates(outline: Outline, light: QuadLight) -> Candidates:
+    return Candidates.of(outline, LightFrame.of(light))
+
+
+def _from_corner(
+    view: CommonVisibility,
+    frame: LightFrame,
+    x: Floats,
+    n: Floats,
+    outside: NDArray[np.bool_] | None,
+) -> Floats:
+    """For points whose horizon is below the frame's first corner."""
+    out = np.zeros((2, x.shape[1]))
+    if view.outline is None:
+        return out
+    everything = _candidates(view.outline, frame.light)
+    low, high = x.min(axis=1, keepdims=True), x.max(axis=1, keepdims=True)
+    span = np.where(high > low, high - low, 1.0)
+    order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
+    x, n = x[:, order], n[:, order]
+    points = Points(x, n, frame.point(x), *_layers(view, frame, x, n, None if outside is None else outside[order]))
+    _blocks(everything, points, frame, LEVELS, order, out)
+    return out
+
+
+def _layers(
+    view: CommonVisibility, frame: LightFrame, x: Floats, n: Floats, outside: NDArray[np.bool_] | None
+) -> tuple[Floats, Ints]:
+    """A point of the light (2, m) above each horizon, and how many layers lie before it, (m,)."""
+    spot, within = np.zeros((2, x.shape[1])), np.zeros(x.shape[1], dtype=np.int64)
+    left = np.arange(x.shape[1])
+    for share in NEARER:
+        at = share * column((*SPOT, 0))[:2]
+        eye = frame.rim[:, :1] + at[0] * column(frame.light.ab) + at[1] * column(frame.light.ac)
+        above = dot(n[:, left], eye - x[:, left]) > 0 if share > 0 else np.ones(left.size, dtype=bool)
+        k, left = left[above], left[~above]
+        if k.size:
+            spot[:, k] = at
+            within[k] = view.layers(x[:, k], eye - x[:, k], eye, None if outside is None else outside[k])
+    return spot, within
+
+
+def _blocks(
+    edges: Candidates, points: Points, frame: LightFrame, levels: tuple[int, ...], names: Ints, out: Floats
+) -> None:
+    """Blocks within blocks; a block that no edge reaches has one number of layers, and no strips."""
+    size, count = levels[0], points.within.size
+    for first in range(0, count, size):
+        s = slice(first, first + size)
+        some = points.part(s)
+        near = edges.near(some.x, some.local)
+        if len(levels) > 1 and near.count:
+            _blocks(near, some, frame, levels[1:], names[s], out)
+            continue
+        step = max(1, PAIRS // max(near.count, 1))
+        for begin in range(first, min(first + size, count), step):
+            t = slice(begin, min(begin + step, first + size))
+            out[:, names[t]] = _block(near, points.part(t), frame)
+
+
+def _block(edges: Candidates, points: Points, frame: LightFrame) -> tuple[Floats, Floats]:
+    """Hidden irradiance, and a bound of its error."""
+    x, n = points.x, points.n
+    size = edges.size + np.abs(x).max(axis=0)
+    height = edges.heights(x)
+    cut = pieces(edges, height, x, n, points.local, frame)
+    rim = Rim.of(x, n, frame, size)
+    at, jump = on_left(cut, rim)
+    start = before_corner(cut, at, jump, points.spot, points.within)
+    value, doubt = layers(cut, rim, n, start, size)
+    extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame)
+    error = rounding(cut, x, n, size, frame, doubt + more, lengths)
+    return value - extra, np.where(on_folds(edges, height, x, n, size), np.inf, error)

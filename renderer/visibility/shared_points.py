@@ -1,0 +1,146 @@
+"""Visibility of one light point from many surface points at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.ragged import take
+from nusselt.renderer.light_points import hull
+from nusselt.renderer.lights import Light
+from nusselt.renderer.needs import Source
+from nusselt.renderer.vectors import Floats
+
+from .bvh import Hierarchy
+from .segments import Blockers
+from .silhouette import Outline, outline, project, silhouette, surface_of, winding
+
+Bools = NDArray[np.bool_]
+
+
+@lru_cache(maxsize=16)
+def outline_of(geometry: Geometry, hierarchy: Hierarchy, light: Light) -> tuple[Outline | None, str]:
+    """The outline of a scene's many triangles for a light, or why there is none."""
+    surface, reason = surface_of(geometry, hierarchy.triangles.astype(np.int64).tobytes())
+    if surface is None:
+        return None, reason
+    found = outline(surface, *hull(light))
+    return found, "" if found else "the light lies beside or inside the surface"
+
+
+@dataclass(frozen=True)
+class CommonVisibility:
+    """What stands between many points and single points of one light.
+
+    Parameters
+    ----------
+    blockers : Blockers
+        All of it.
+    rest : Blockers
+        What ``outline`` does not stand for.
+    outline : Outline or None
+        Of the triangles in the hierarchy, if they close.
+    """
+
+    blockers: Blockers
+    rest: Blockers
+    outline: Outline | None
+
+    @classmethod
+    def of(cls, source: Source) -> CommonVisibility:
+        """For a source's light and blockers."""
+        b = source.blockers
+        if b.hierarchy is None or b.offset is not None:  # rays that start off the surface are traced
+            return cls(b, b, None)
+        found, _ = outline_of(b.geometry, b.hierarchy, source.light)
+        return cls(b, replace(b, triangles=b.loose, hierarchy=None) if found else b, found)
+
+    def seen(
+        self,
+        points: Floats,
+        own: Ints,
+        d: Floats,
+        eye: Floats,
+        at_infinity: bool,
+        normal: Floats | None = None,
+        outside: Bools | None = None,
+    ) -> Bools:
+        """Which points see the light point ``eye``.
+
+        Parameters
+        ----------
+        points, d : (3, n) float64
+            Points, and from each the way to the light point.
+        own : (n,) int64
+            Ellipsoid each point lies on, -1 for none.
+        eye : (3, 1) float64
+            The light point, or the direction to it.
+        normal : (3, n) float64, optional
+            Unit normals; see `Blockers.visible`.
+        outside : (n,) bool, optional
+            See `ShadingPoints`; those points face the light point.
+        """
+        seen: Bools = np.ones(points.shape[1], dtype=bool)
+        if not self.rest.none:
+            seen = self.rest.visible(points, own, d[:, :, None], at_infinity, normal)[:, 0]
+        if self.outline is not None:
+            open_ = np.flatnonzero(seen)
+            around = None if outside is None else take(outside, open_)
+            seen[open_] = ~self._hidden(self.outline, take(points, open_), take(d, open_), eye, at_infinity, around)
+        return seen
+
+    def _hidden(
+        self, outline: Outline, points: Floats, d: Floats, eye: Floats, at_infinity: bool, outside: Bools | None
+    ) -> Bools:
+        seen_edges = silhouette(outline, eye, at_infinity)
+        if seen_edges is None:
+            return np.zeros(points.shape[1], dtype=bool)
+        x, y, depth = project(outline, points, eye, at_infinity)
+        if not at_infinity:
+            x = np.where(depth > 0, x, np.inf)
+        hidden = _turned_to(winding(seen_edges, x, y), outside) != 0
+        # What the winding number counts may lie behind the point, unless the whole box lies before it.
+        k = np.flatnonzero(hidden)
+        unsure = k[~self._beyond(take(points, k), take(d, k))]
+        if unsure.size:
+            p, way = take(points, unsure), take(d, unsure)
+            hidden[unsure] = self.blockers.hierarchy_hides(p, way, at_infinity)
+        return hidden
+
+    def layers(self, points: Floats, d: Floats, eye: Floats, outside: Bools | None = None) -> Ints:
+        """How many layers of the closed surface lie between points outside it (3, n) and the light point.
+
+        ``outside`` as in `seen`.
+        """
+        found: Ints = np.zeros(points.shape[1], dtype=np.int64)
+        edges = silhouette(self.outline, eye, False) if self.outline is not None else None
+        if edges is not None and self.outline is not None:
+            x, y, depth = project(self.outline, points, eye, False)
+            found = _turned_to(winding(edges, np.where(depth > 0, x, np.inf), y), outside)
+        k = np.flatnonzero(found)
+        unsure = k[~self._beyond(take(points, k), take(d, k))]
+        # Into a closed surface and out of it again: two crossings a layer.
+        found[unsure] = self.blockers.crossings(take(points, unsure), take(d, unsure), False) // 2
+        return found
+
+    def _beyond(self, p: Floats, d: Floats) -> Bools:
+        """Whether the hierarchy's box lies wholly ahead on the way."""
+        tree = self.blockers.hierarchy
+        if tree is None:
+            return np.ones(p.shape[1], dtype=bool)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            first, second = (tree.centre - tree.half - p) / d, (tree.centre + tree.half - p) / d
+        return np.asarray(np.fmin(first, second).max(axis=0) > 0)
+
+
+def _turned_to(faces: Ints, outside: Bools | None) -> Ints:
+    """How many of the ``faces`` (n,) turned to the light on a point's ray may block it: not the point's own, if alone.
+
+    A point on the outside has a winding number of 0 in space before it, and so has the light point: between them
+    the ray goes in as often as out. Where its own face is the only way in, nothing is between.
+    """
+    return faces if outside is None else np.where(outside & (faces == 1), 0, faces)
