@@ -1,8 +1,7 @@
 """What the commands do, as calls, for a notebook: each result shows itself.
 
-``check("cornell", samples=16)`` is ``nusselt check cornell --samples 16``; `nusselt.experiments.results.report.write_report` is
-``nusselt report``, `nusselt.experiments.results.compare.compare` is ``nusselt compare``, `nusselt.renderer.image.render` is
-``nusselt render``.
+``check("cornell", samples=16)`` is ``nusselt check cornell --samples 16``, ``write_report`` is ``nusselt report``,
+``compare`` is ``nusselt compare``, `nusselt.renderer.image.render` is ``nusselt render``.
 """
 
 from __future__ import annotations
@@ -16,6 +15,8 @@ from nusselt.renderer.scene import Scene
 
 from .check.check import Answer, Question, References
 from .check.check import check as check_one
+from .cli.check import command as check_command
+from .cli.rerun import shell_command
 from .files import folder_name
 from .inference import Level
 from .results.compare import Comparison, compare
@@ -46,7 +47,9 @@ class Results:
         """Write `results.json` and the images, and what ``csv``, ``junit`` and ``summary`` name files for."""
         out = Path(folder)
         for answer in self.answers:
-            answer.row["images"] = write_pictures(answer, out / folder_name(answer.row["scene"]))
+            answer.row["images"] = write_pictures(
+                answer.row, answer.ours, answer.reference, out / folder_name(answer.row["scene"])
+            )
         write_json(self.document, str(out / "results.json"))
         write_exports(self.document, dict(exports))
 
@@ -84,6 +87,4 @@ def check(*scenes: str | Path | Scene, alpha: float = 1e-3, **question: Any) -> 
 
 
 def _command(name: str, options: dict[str, Any]) -> str:
-    from .cli.rerun import shell_command
-
-    return shell_command(name, options)
+    return shell_command(check_command, name, options)

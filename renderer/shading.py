@@ -8,12 +8,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera.first_hits import Hits
-from .geometry.arrays import Geometry, Ints
+from .geometry.arrays import Ints
 from .vectors import Floats, dot
-
-FACING_ULPS = 16 * 2.0**-53
-"""Rounding of the cosine between two unit vectors: where a surface is seen edge-on its front is what is seen."""
 
 
 @dataclass(frozen=True)
@@ -57,29 +53,6 @@ class ShadingPoints:
     def take(self, index: Ints) -> ShadingPoints:
         """The points ``index`` (k,)."""
         return ShadingPoints(*(getattr(self, f.name)[..., index] for f in fields(self)))
-
-
-def shading_points(
-    geometry: Geometry, hits: Hits, outgoing: Floats, index: Ints, outside: NDArray[np.bool_] | None = None
-) -> ShadingPoints:
-    """The hits ``index`` (k,) as shading points, their normals turned to the viewer; ``outside`` (k,), else False."""
-    surface = hits.surface[index]
-    outgoing = outgoing[:, index]
-    normal = hits.normal[:, index]
-    facing = dot(normal, outgoing)
-    behind = facing < -FACING_ULPS
-    normal = np.where(behind, -normal, normal)
-    return ShadingPoints(
-        position=hits.position[:, index],
-        normal=normal,
-        outgoing=outgoing,
-        mirror=2 * np.abs(facing) * normal - outgoing,
-        diffuse=geometry.diffuse[:, surface],
-        specular=geometry.specular[:, surface],
-        shininess=geometry.shininess[surface],
-        ellipsoid=np.where(behind, -1, hits.ellipsoid[index]),
-        outside=np.zeros(index.size, dtype=bool) if outside is None else outside,
-    )
 
 
 def lobe(points: ShadingPoints, d: Floats, length: Floats) -> Floats:

@@ -84,11 +84,12 @@ def test_a_hanging_child_is_killed_with_all_it_started(tmp_path):
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
 def test_ctrl_c_kills_the_child(tmp_path):
-    parent = "import sys; from nusselt.mitsuba_bridge.process import run_child; run_child(['-c', sys.argv[1], sys.argv[2]], None, 60)"
-    root = Path(reference_module.__file__).parents[1]
+    parent = (
+        "import sys; from nusselt.mitsuba_bridge.process import run_child;"
+        "run_child(['-c', sys.argv[1], sys.argv[2]], None, 60)"
+    )
     process = subprocess.Popen(
         [sys.executable, "-c", parent, NEST, str(tmp_path / "pids")],
-        cwd=root,
         stderr=subprocess.DEVNULL,
         # A test that runs in the background inherits that interrupts are ignored.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
@@ -230,11 +231,10 @@ def test_the_library_is_set_before_the_child_imports():
 
 def test_the_harness_never_imports_mitsuba():
     code = (
-        "import sys, nusselt.mitsuba_bridge.reference, nusselt.mitsuba_bridge.export, nusselt.mitsuba_bridge.llvm, nusselt.mitsuba_bridge.tolerance;"
+        "import sys; from nusselt.mitsuba_bridge import reference, export, llvm, tolerance;"
         "print(sorted({'mitsuba', 'drjit'} & set(sys.modules)))"
     )
-    root = Path(reference_module.__file__).parents[1]
-    done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert json.loads(done.stdout.replace("'", '"')) == []
 
 

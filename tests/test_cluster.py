@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from distributed import LocalCluster
 
 from nusselt.experiments.cli.main import main
-from nusselt.experiments.runs.workers import worker_pool
+from nusselt.experiments.workers import worker_pool
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from builders import CAMERA, GREY, box, floor, lamp, scene
 
-from nusselt.experiments.runs.workers import worker_pool
 from nusselt.experiments.scenes import catalogue
+from nusselt.experiments.workers import worker_pool
 from nusselt.renderer.ambiguous_pixels import Tolerance
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render, tiles

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import inspect
 import json
+import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -156,8 +158,10 @@ def test_every_experiment_is_declared_once_and_is_a_script():
     _, said, _ = run("list")
     for experiment in suite.EXPERIMENTS:
         assert f"  {experiment.name} " in said
-        script = Path(suite.__file__).parent / f"{experiment.name.replace('-', '_')}.py"
-        assert f'script("{experiment.name}")' in script.read_text()
+        module = sys.modules[experiment.jobs.__module__]
+        called = re.search(r"^    script\((\w+)\)$", inspect.getsource(module), re.MULTILINE)
+        assert called
+        assert getattr(module, called[1]) is experiment
         jobs = experiment.jobs(Settings(quick=True))
         assert jobs
         assert len({key(job) for job in jobs}) == len(jobs)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from nusselt.experiments.runs.workers import LIVES, SturdyPool, WorkerLost
+from nusselt.experiments.workers import LIVES, SturdyPool, WorkerLost
 
 
 def die_once(number: int, folder: str) -> int:

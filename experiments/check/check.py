@@ -17,6 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from nusselt.experiments.inference import Level
+from nusselt.experiments.results.notebook import answer_html
 from nusselt.experiments.verdict import Verdict, judge
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable, render_reference
@@ -125,9 +126,7 @@ class Answer:
     verdict: Verdict | None
 
     def _repr_html_(self) -> str:
-        from nusselt.experiments.results.notebook import answer_html
-
-        return answer_html(self)
+        return answer_html(self.row, self.ours, self.reference)
 
 
 def seeds(seed: int, *names: str) -> list[int]:

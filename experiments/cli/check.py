@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import click
 
 from nusselt.experiments.check.check import Question, References, check, with_pixel_rule
 from nusselt.experiments.check.references import KeptReferences
@@ -19,12 +22,16 @@ from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.pictures import write_pictures
 from nusselt.experiments.results.tables import console, left_out_table, verdict_table
-from nusselt.experiments.runs.workers import worker_pool
+from nusselt.experiments.scenes import catalogue
 from nusselt.experiments.scenes.catalogue import Asked, load
+from nusselt.experiments.terminal.options import cluster_option, export_options, sampling_options
+from nusselt.experiments.terminal.progress import progress_bar
+from nusselt.experiments.workers import worker_pool
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
 from .external import run_bring, wants_bring
+from .external_options import bring_options
 from .rerun import shell_command
 
 
@@ -79,16 +86,53 @@ def _read_all(asked: Sequence[Asked], options: dict[str, Any], question: Questio
             scene = dataclasses.replace(scene, name=f"{scene.name}-{number}")
         apart = one.estimator if one.estimator != options["estimator"] else None
         folder = folder_name("-".join(filter(None, (scene.name, apart))))
-        rows.append(_Row(scene, mine, shell_command(one.scene, options | {"estimator": one.estimator}), folder))
+        rows.append(
+            _Row(scene, mine, shell_command(command, one.scene, options | {"estimator": one.estimator}), folder)
+        )
     return rows
 
 
-def run_check(asked: Sequence[Asked], options: dict[str, Any], progress_bar: Callable[[str], Any]) -> int:
+@click.command()
+@click.argument("scenes", metavar="SCENE... [IMAGE...]", nargs=-1)
+@click.option("--classic", is_flag=True, help="All classic scenes.")
+@sampling_options
+@bring_options
+@click.option("--margin", type=float, default=1e-3, show_default=True, help="Relative bias that does not matter.")
+@click.option("--alpha", type=float, default=1e-3, show_default=True, help="False-alarm rate of the whole report.")
+@click.option("--timeout", type=float, default=600.0, show_default=True, help="Seconds for one reference.")
+@click.option("--until-decided", is_flag=True, help="Add passes to undecided scenes; they are kept under --out.")
+@click.option("--budget", type=float, default=600.0, show_default=True, help="Seconds for --until-decided.")
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for the pictures and results.json.")
+@click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output).")
+@cluster_option
+@export_options
+def command(scenes: tuple[str, ...], classic: bool, **options: Any) -> None:
+    """Compare our image of each SCENE with Mitsuba's: bias, RMS, their intervals, a verdict.
+
+    \b
+    nusselt check quad cornell --out out
+    nusselt check my.test --samples 64 --margin 0.0005 --json -
+    nusselt check quad-stratified mine-1.png mine-2.png
+    nusselt check my.test --renderer "./mine {scene} {samples} {seed} {output}"
+
+    With IMAGEs (.png, .exr, .pfm, .hdr, .npy) or a --renderer those are judged in place of ours.
+    """
+
+    asked = catalogue.classic(options["estimator"]) if classic else []
+    asked += [catalogue.Asked(name, options["estimator"]) for name in scenes]
+    if options["until_decided"] and options["out"] is None:
+        raise click.UsageError("--until-decided keeps its passes on disk: name a folder with --out")
+    if not asked:
+        raise click.UsageError("name a scene file, a classic scene (see: nusselt list), or --classic")
+    sys.exit(run_check(asked, options))
+
+
+def run_check(asked: Sequence[Asked], options: dict[str, Any]) -> int:
     """Check every scene; returns the exit status."""
     question = _question(options, len(asked))
     names = tuple(one.scene for one in asked)
     if wants_bring(names, options):
-        return run_bring(names, options, _question(options, 1), progress_bar)
+        return run_bring(names, options, _question(options, 1), command)
     wanted = _read_all(asked, options, question)
     out: Path | None = options["out"]
     target = options["target"] or (str(out / "results.json") if out else None)
@@ -114,7 +158,7 @@ def run_check(asked: Sequence[Asked], options: dict[str, Any], progress_bar: Cal
                     answer = check(one.scene, one.question, references=references, progress=report, **told)
             rows.append(answer.row)
             if out:
-                answer.row["images"] = write_pictures(answer, out / one.folder)
+                answer.row["images"] = write_pictures(answer.row, answer.ours, answer.reference, out / one.folder)
             save()
     if target == "-":
         write_json(document(rows, alpha=question.level.alpha), target)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+import click
 
 from nusselt.experiments.check.check import Question
 from nusselt.experiments.check.references import KeptReferences
@@ -20,8 +21,9 @@ from nusselt.experiments.images.read import is_image, quantiser_of, read_image
 from nusselt.experiments.results.document import EXIT, document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.tables import console
-from nusselt.experiments.runs.workers import worker_pool
 from nusselt.experiments.scenes import catalogue
+from nusselt.experiments.terminal.progress import progress_bar
+from nusselt.experiments.workers import worker_pool
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
@@ -40,7 +42,7 @@ def run_bring(
     names: tuple[str, ...],
     options: dict[str, Any],
     question: Question,
-    progress_bar: Callable[[str], Any],
+    command: click.Command,
 ) -> int:
     """Check somebody's images or renderer; returns the exit status."""
     scenes = [name for name in names if not is_image(name)]
@@ -51,10 +53,10 @@ def run_bring(
         raise InputError("--renderer", options["renderer"], "images or a renderer, not both")
     scene = catalogue.load(scenes[0], options["lenient"]).with_(two_sided=options["two_sided"])
     question.of(scene)
-    command = shlex.join([*shlex.split(shell_command(scenes[0], options)), *files])
+    again = shlex.join([*shlex.split(shell_command(command, scenes[0], options)), *files])
     references = KeptReferences(options["reference"], options["cache"])
     references.given(scene)  # refused before anything is rendered
-    shared: dict[str, Any] = {"command": command, "references": references}
+    shared: dict[str, Any] = {"command": again, "references": references}
     with worker_pool(options["cluster"]) as pool, progress_bar(scene.name) as report:
         shared |= {"executor": pool, "progress": report}
         if files:

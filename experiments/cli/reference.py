@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +12,27 @@ from nusselt.experiments.check.check import ROOM, Question
 from nusselt.experiments.check.references import KeptReferences, write_reference
 from nusselt.experiments.results.document import EXIT
 from nusselt.experiments.scenes import catalogue
+from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.mitsuba_bridge.reference import ReferenceUnavailable
 from nusselt.renderer.errors import InputError
 
 
-def run_reference(name: str, output: Path, options: dict[str, Any], progress_bar: Callable[[str], Any]) -> int:
+@click.command()
+@click.argument("scene")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="REF.npz")
+@click.option("--margin", type=float, default=1e-3, show_default=True, help="The finest margin it is to serve.")
+@click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True)
+@click.option("--timeout", type=float, default=600.0, show_default=True, help="Seconds.")
+@click.option("--cache", type=click.Path(path_type=Path), help="Folder to keep references in, by content.")
+@click.option("--lenient", is_flag=True, help="Warn of unknown commands in a scene instead of refusing it.")
+@click.option("--two-sided", is_flag=True, help="Surfaces reflect at their back too.")
+def command(scene: str, output: Path, **options: Any) -> None:
+    """Write Mitsuba's reference of SCENE to a file, for places without Mitsuba: nusselt check --reference."""
+
+    sys.exit(run_reference(scene, output, options))
+
+
+def run_reference(name: str, output: Path, options: dict[str, Any]) -> int:
     """Render and write one reference; returns the exit status."""
     if output.suffix != ".npz":
         raise InputError("output", str(output), "a name that ends in .npz")

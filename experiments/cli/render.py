@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +13,32 @@ from nusselt.experiments.check.check import chosen_estimator, draw_area, with_pi
 from nusselt.experiments.check.negative import negative_note
 from nusselt.experiments.check.rows import notes
 from nusselt.experiments.files import check_image_name, write_image
-from nusselt.experiments.runs.workers import worker_pool
 from nusselt.experiments.scenes.catalogue import load
+from nusselt.experiments.terminal.options import cluster_option, sampling_options
+from nusselt.experiments.terminal.progress import progress_bar
+from nusselt.experiments.workers import worker_pool
 from nusselt.renderer.image import prepare, render
 from nusselt.renderer.pixels import AreaImage, CentreImage, render_centre
 
 
-def run_render(
-    scene: str, output: Path, error: float | None, options: dict[str, Any], progress_bar: Callable[[str], Any]
-) -> None:
+@click.command()
+@click.argument("scene")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="IMAGE.png, .exr or .npy")
+@sampling_options
+@cluster_option
+@click.option("--error", type=float, help="Sample until the relative RMS error is at most this; see common-points.")
+def command(scene: str, output: Path, error: float | None, **options: Any) -> None:
+    """Our image of SCENE alone; needs no Mitsuba.
+
+    \b
+    nusselt render cornell --samples 25 --stratify -o cornell.png
+    nusselt render mesh --error 1e-3 -o mesh.png
+    """
+
+    run_render(scene, output, error, options)
+
+
+def run_render(scene: str, output: Path, error: float | None, options: dict[str, Any]) -> None:
     """Render a scene, at a requested ``error`` if one is named, and write it."""
     check_image_name(output)
     read = load(scene, options["lenient"]).with_(two_sided=options["two_sided"])

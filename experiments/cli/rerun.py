@@ -5,14 +5,14 @@ from __future__ import annotations
 import shlex
 from typing import Any
 
+import click
+
 ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv", "cache", "cluster")
 """Options of a check that no row depends on."""
 
 
-def shell_command(scene: str, options: dict[str, Any]) -> str:
+def shell_command(check: click.Command, scene: str, options: dict[str, Any]) -> str:
     """The command, for a shell, without what is said by default."""
-    from .main import check
-
     words = ["nusselt", "check", scene]
     defaults = {param.name: param.default for param in check.params}
     for param in check.params:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
+import click
 from rich import box
 from rich.console import Console
 from rich.markup import escape
@@ -15,10 +17,12 @@ from rich.table import Table
 
 from nusselt.experiments.results.document import EXIT
 from nusselt.experiments.results.tables import console
-from nusselt.experiments.runs.experiment import Row
+from nusselt.experiments.runs.experiment import Row, Settings
 from nusselt.experiments.runs.run import Request, run_one
-from nusselt.experiments.runs.workers import worker_pool
 from nusselt.experiments.studies.stability.study import STABILITY, file_jobs
+from nusselt.experiments.terminal.options import reporting_options
+from nusselt.experiments.terminal.progress import progress_bar
+from nusselt.experiments.workers import worker_pool
 
 COLUMNS = (
     *("name", "kind", "dtype", "form", "value", "error_bound", "oracle", "relative_error", "bound_held"),
@@ -28,7 +32,23 @@ SHOWN = 40
 """Rows in the terminal; the files have all."""
 
 
-def run_stability(files: Sequence[str], request: Request, progress_bar: Callable[[str], Any]) -> int:
+@click.command()
+@click.argument("cases", metavar="CASES.json...", nargs=-1)
+@reporting_options
+def command(cases: tuple[str, ...], quick: bool, seed: int, **where: Any) -> None:
+    """The closed forms on stiff and extreme cases, against values known to many digits.
+
+    Without files: the project's own cases, and whole images against their scaled, moved or exact twins.
+
+    \b
+    nusselt stability --out out
+    nusselt stability my-cases.json --json -
+    """
+
+    sys.exit(run_stability(cases, Request(Settings(quick, seed), **where)))
+
+
+def run_stability(files: Sequence[str], request: Request) -> int:
     """Run it; returns the exit status: 1 if a bound is violated, a value is not finite, or there is no row."""
     asked = replace(STABILITY, jobs=partial(file_jobs, files)) if files else STABILITY
     with worker_pool() as pool, progress_bar("stability") as report:

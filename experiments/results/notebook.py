@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import base64
 import io
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
 from nusselt.experiments.files import to_levels
+from nusselt.experiments.verdict import standard_errors
+from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.image import Image
 
+from .pictures import RANGE, colour_difference
 from .rows import Row, method, percent
 from .summary import headline
-
-if TYPE_CHECKING:
-    from nusselt.experiments.check.check import Answer
 
 COLUMNS = ("scene", "estimator", "verdict", "bias", "its interval", "finds", "RMS")
 
@@ -52,17 +53,12 @@ def _picture(levels: np.ndarray[Any, Any], words: str) -> Markup:
     return figure.format(image, words)
 
 
-def answer_html(answer: Answer) -> str:
+def answer_html(row: Row, ours: Image, reference: Reference | None) -> str:
     """A row's verdict and reason over ours, the reference and their difference in standard errors."""
-    from nusselt.experiments.verdict import standard_errors
-
-    from .pictures import RANGE, colour_difference
-
-    row = answer.row
-    shown = [_picture(to_levels(answer.ours.first).transpose(1, 2, 0), "ours, one pass")]
-    if answer.reference is not None:
-        z = standard_errors(answer.ours, answer.reference, row["passes"])
-        shown.append(_picture(to_levels(answer.reference.mean).transpose(1, 2, 0), "reference"))
+    shown = [_picture(to_levels(ours.first).transpose(1, 2, 0), "ours, one pass")]
+    if reference is not None:
+        z = standard_errors(ours, reference, row["passes"])
+        shown.append(_picture(to_levels(reference.mean).transpose(1, 2, 0), "reference"))
         shown.append(_picture(colour_difference(z), f"difference, ±{RANGE:g} standard errors"))
     told = Markup("<p><b>{} {}: {}</b> {}</p>").format(row["scene"], method(row), row["verdict"], row["reason"])
     return str(told + Markup("").join(shown))

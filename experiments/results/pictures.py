@@ -7,9 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.experiments.check.check import Answer
 from nusselt.experiments.files import replacing, to_levels, write_image
 from nusselt.experiments.verdict import standard_errors
+from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.image import Image
+
+from .rows import Row
 
 RANGE = 4.0
 """The difference is shown from -4 to +4 standard errors in every picture, so that
@@ -35,33 +38,30 @@ def write_difference(path: Path, z: np.ndarray[Any, Any]) -> None:
         Image.fromarray(colour_difference(z)).save(beside)
 
 
-def write_pictures(answer: Answer, folder: Path) -> dict[str, str]:
+def write_pictures(row: Row, ours: Image, reference: Reference | None, folder: Path) -> dict[str, str]:
     """Write a row's images into ``folder``; returns what is where, by name."""
-    found = {"ours.png": answer.ours.first, "ours.exr": answer.ours.mean}
-    if answer.reference is not None:
-        found |= {"reference.png": answer.reference.mean, "reference.exr": answer.reference.mean}
+    found = {"ours.png": ours.first, "ours.exr": ours.mean}
+    if reference is not None:
+        found |= {"reference.png": reference.mean, "reference.exr": reference.mean}
     for name, radiance in found.items():
         write_image(folder / name, radiance)
     names = list(found)
-    if answer.reference is not None:
-        z = standard_errors(answer.ours, answer.reference, answer.row["passes"])
+    if reference is not None:
+        z = standard_errors(ours, reference, row["passes"])
         write_difference(folder / "difference.exr", z)
         write_difference(folder / "difference.png", z)
-        _overview(answer, z, folder / "overview.png")
+        _overview(row, ours, reference, z, folder / "overview.png")
         names += ["difference.exr", "difference.png", "overview.png"]
     return {name.replace(".", "_"): f"{folder.name}/{name}" for name in names}
 
 
-def _overview(answer: Answer, z: np.ndarray[Any, Any], path: Path) -> None:
+def _overview(row: Row, ours: Image, reference: Reference, z: np.ndarray[Any, Any], path: Path) -> None:
     from matplotlib.figure import Figure
 
-    row, reference = answer.row, answer.reference
-    if reference is None:
-        return
     figure = Figure(figsize=(13, 4.4), layout="constrained")
     axes = figure.subplots(1, 3)
     stratified = " stratified" if row["stratified"] else ""
-    axes[0].imshow(to_levels(answer.ours.first).transpose(1, 2, 0))
+    axes[0].imshow(to_levels(ours.first).transpose(1, 2, 0))
     axes[0].set_title(f"ours: {row['estimator']}, {row['samples']}{stratified} per light, one pass")
     axes[1].imshow(to_levels(reference.mean).transpose(1, 2, 0))
     axes[1].set_title(f"Mitsuba {reference.version}: {reference.samples} samples per light")

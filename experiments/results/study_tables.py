@@ -12,7 +12,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from nusselt.experiments.files import replacing
-from nusselt.experiments.runs.experiment import Row
+
+from .rows import Row
 
 HIDDEN = ("experiment", "command", "seed", "seconds")
 """The same in every row, or for machines."""

@@ -1,4 +1,4 @@
-"""`nusselt run`: experiments one after the other, each resumed where it was left."""
+"""Experiments one after the other, each resumed where it was left."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.figures import save
 from nusselt.experiments.results.study_tables import table, write_csv
 from nusselt.experiments.results.tables import console, verdict_table
+from nusselt.experiments.terminal.progress import progress_bar
+from nusselt.experiments.workers import worker_pool
 from nusselt.renderer.errors import InputError
 
 from .experiment import Experiment, Outcome, Row, Settings
 from .runner import run_jobs
 from .store import Store
-from .workers import worker_pool
 
 JOBS = "jobs"
 """Folder of the finished jobs."""
@@ -123,7 +124,7 @@ def run_one(
     return rows, outcomes
 
 
-def run_experiments(experiments: Sequence[Experiment], request: Request, progress_bar: Callable[[str], Any]) -> int:
+def run_experiments(experiments: Sequence[Experiment], request: Request) -> int:
     """Run experiments; returns the exit status. No rows are a failure."""
     told = console(stderr=request.target == "-")
     files = replace(request, target=None if request.target == "-" else request.target)
@@ -155,12 +156,3 @@ def _table(rows: list[Row], experiment: Experiment, width: int) -> Table:
     if rows and all("bias_interval" in row for row in rows):
         return verdict_table(rows, Level().alpha, width)
     return table(rows, f"{experiment.name}: {experiment.summary}")
-
-
-def script(name: str) -> None:
-    """What `python experiments/NAME.py` does: the same as `nusselt run NAME`."""
-    import sys
-
-    from nusselt.experiments.cli.main import main
-
-    main(["run", name, *sys.argv[1:]], prog_name="nusselt")

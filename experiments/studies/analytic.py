@@ -56,6 +56,6 @@ ANALYTIC = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("analytic")
+    script(ANALYTIC)

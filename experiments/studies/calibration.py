@@ -313,6 +313,6 @@ CALIBRATION = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("calibration")
+    script(CALIBRATION)

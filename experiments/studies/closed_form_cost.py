@@ -93,6 +93,6 @@ CLOSED_FORM_COST = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("closed-form-cost")
+    script(CLOSED_FORM_COST)

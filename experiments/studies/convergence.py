@@ -73,6 +73,6 @@ CONVERGENCE = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("convergence")
+    script(CONVERGENCE)

@@ -51,6 +51,6 @@ CORNELL = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("cornell")
+    script(CORNELL)

@@ -91,6 +91,6 @@ GLOSSY = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("glossy")
+    script(GLOSSY)

@@ -175,6 +175,6 @@ LIGHT_UNITS = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("light-units")
+    script(LIGHT_UNITS)

@@ -60,6 +60,6 @@ MESH = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("mesh")
+    script(MESH)

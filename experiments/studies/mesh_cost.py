@@ -108,6 +108,6 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
 MESH_COST = Experiment("mesh-cost", "seconds and memory of big meshes against triangles and pixels", jobs, figures)
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("mesh-cost")
+    script(MESH_COST)

@@ -116,6 +116,6 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
 MESH_RAYS = Experiment("mesh-rays", "rays a second on big closed meshes, by every method", jobs, figures)
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("mesh-rays")
+    script(MESH_RAYS)

@@ -124,6 +124,6 @@ NUSSELT_ANALOG = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("nusselt-analog")
+    script(NUSSELT_ANALOG)

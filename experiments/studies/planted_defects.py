@@ -271,6 +271,6 @@ PLANTED_DEFECTS = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("planted-defects")
+    script(PLANTED_DEFECTS)

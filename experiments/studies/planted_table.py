@@ -1,4 +1,4 @@
-"""`python -m nusselt.experiments.studies.planted_table`: every planted mistake, at the course's samples, and what it is told as."""
+"""`python -m nusselt.experiments.studies.planted_table`: every planted mistake and what it is taken for."""
 
 from __future__ import annotations
 

@@ -21,6 +21,6 @@ RANDOM_SCENES = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("random-scenes")
+    script(RANDOM_SCENES)

@@ -59,6 +59,6 @@ RANDOM_VS_STRATIFIED = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("random-vs-stratified")
+    script(RANDOM_VS_STRATIFIED)

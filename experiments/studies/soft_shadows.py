@@ -51,6 +51,6 @@ SOFT_SHADOWS = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("soft-shadows")
+    script(SOFT_SHADOWS)

@@ -342,6 +342,6 @@ VARIANCE_TABLE = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("variance-table")
+    script(VARIANCE_TABLE)

@@ -118,6 +118,6 @@ VISIBILITY_ONLY = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("visibility-only")
+    script(VISIBILITY_ONLY)

@@ -7,14 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.geometry.arrays import Geometry, Ints
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.shading import ShadingPoints, shading_points
+from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, column, dot, unit
 from nusselt.renderer.visibility.segments import small_triangles
 
 from .first_hits import Hits, first_hits
 from .rays import primary_directions
+
+FACING_ULPS = 16 * 2.0**-53
+"""Rounding of the cosine between two unit vectors: where a surface is seen edge-on its front is what is seen."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,29 @@ class View:
     back: NDArray[np.bool_]
     lit: NDArray[np.intp]
     points: ShadingPoints
+
+
+def shading_points(
+    geometry: Geometry, hits: Hits, outgoing: Floats, index: Ints, outside: NDArray[np.bool_] | None = None
+) -> ShadingPoints:
+    """The hits ``index`` (k,) as shading points, their normals turned to the viewer; ``outside`` (k,), else False."""
+    surface = hits.surface[index]
+    outgoing = outgoing[:, index]
+    normal = hits.normal[:, index]
+    facing = dot(normal, outgoing)
+    behind = facing < -FACING_ULPS
+    normal = np.where(behind, -normal, normal)
+    return ShadingPoints(
+        position=hits.position[:, index],
+        normal=normal,
+        outgoing=outgoing,
+        mirror=2 * np.abs(facing) * normal - outgoing,
+        diffuse=geometry.diffuse[:, surface],
+        specular=geometry.specular[:, surface],
+        shininess=geometry.shininess[surface],
+        ellipsoid=np.where(behind, -1, hits.ellipsoid[index]),
+        outside=np.zeros(index.size, dtype=bool) if outside is None else outside,
+    )
 
 
 def look(scene: Scene, geometry: Geometry, x: Floats, y: Floats) -> View:

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from nusselt.renderer.camera.edge_functions import Pencil
 from nusselt.renderer.camera.first_hits import Hits, ellipsoid_distance, hits_at
 from nusselt.renderer.camera.screen_boxes import ImageBoxes
+from nusselt.renderer.camera.view import shading_points
 from nusselt.renderer.geometry.arrays import Geometry, Ints
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.shading import ShadingPoints, shading_points
+from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, dot, unit
 
 from .candidate_edges import light_planes

@@ -11,8 +11,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from nusselt.experiments.runs.workers import cores, worker_pool
 from nusselt.experiments.studies.race.times import OurLap
+from nusselt.experiments.workers import cores, worker_pool
 from nusselt.mitsuba_bridge.race import WAYS, Race, Way, run_race
 from nusselt.renderer.estimators import ESTIMATORS, CommonPointsFixed, Estimator, Exact
 from nusselt.renderer.image import Image, prepare, render

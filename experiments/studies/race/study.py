@@ -166,6 +166,6 @@ ERROR_AGAINST_TIME = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("error-against-time")
+    script(ERROR_AGAINST_TIME)

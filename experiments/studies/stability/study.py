@@ -54,6 +54,6 @@ STABILITY = Experiment(
 )
 
 if __name__ == "__main__":
-    from nusselt.experiments.runs.run import script
+    from nusselt.experiments.runs.script import script
 
-    script("stability")
+    script(STABILITY)

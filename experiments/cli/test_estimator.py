@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
 from typing import Any
 
+import click
 from rich import box
 from rich.table import Table
 
@@ -16,13 +17,28 @@ from nusselt.experiments.conformance.trials import PASSES, SAMPLES, TRIALS, Outc
 from nusselt.experiments.inference import Level
 from nusselt.experiments.results.document import EXIT, document, write_json
 from nusselt.experiments.results.tables import console
+from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
 
 MARGIN = 5e-3
 
 
-def run_trials(path: str, seed: int, target: str | None, progress_bar: Callable[[str], Any]) -> int:
+@click.command(name="test-estimator")
+@click.argument("estimator", metavar="PACKAGE.MODULE:NAME")
+@click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output).")
+@click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True)
+def command(estimator: str, target: str | None, seed: int) -> None:
+    """Put an estimator of yours through every test ours go through.
+
+    \b
+    nusselt test-estimator my_package.my_module:MyEstimator
+    """
+
+    sys.exit(run_trials(estimator, seed, target))
+
+
+def run_trials(path: str, seed: int, target: str | None) -> int:
     """Put the estimator at ``package.module:Name`` through everything; returns the exit status."""
     kind = imported_estimator(path)
     outcomes: list[Outcome] = []
