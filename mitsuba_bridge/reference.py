@@ -7,12 +7,13 @@ import tempfile
 import time
 import zipfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from nusselt.renderer.image import Image
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
@@ -72,6 +73,48 @@ class Reference:
     llvm: str | None
     notes: tuple[str, ...]
     seconds: dict[str, Any]
+
+    @classmethod
+    def of_image(cls, image: Image, renderer: str, samples: int, version: str = "") -> Reference:
+        """One of our images in the place of a reference.
+
+        Parameters
+        ----------
+        image : Image
+        renderer : str
+            What to call it.
+        samples : int
+            Per pixel and light, of each of its passes.
+        version : str
+        """
+        passes = image.pass_means.size
+        return cls(
+            mean=image.mean,
+            standard_error=np.sqrt(image.variance / passes),
+            pixel_standard_error=np.sqrt(image.pixel_variance / passes),
+            emitter=image.emitter,
+            background=image.background,
+            holes=np.zeros(image.background.shape),
+            pass_means=image.pass_means,
+            samples=samples * passes,
+            passes=passes,
+            renderer=renderer,
+            version=version,
+            variant="float64",
+            llvm=None,
+            notes=(),
+            seconds={},
+        )
+
+    def as_image(self) -> Image:
+        """In the place of one of our images; its first pass is not known, and is its mean."""
+        passes = self.pass_means.size
+        return replace(
+            Image.without_noise(self.mean, self.emitter, self.background),
+            variance=self.standard_error**2 * passes,
+            pixel_variance=self.pixel_standard_error**2 * passes,
+            pass_means=self.pass_means,
+        )
 
 
 def ask(

@@ -83,6 +83,28 @@ class Image:
     routes: dict[str, int] = field(default_factory=dict)
     bound: Floats | None = None
 
+    @classmethod
+    def without_noise(
+        cls, mean: Floats, emitter: Floats, background: Floats, back_faces: int = 0, left_out: tuple[LeftOut, ...] = ()
+    ) -> Image:
+        """An image in which nothing is random: radiance (3, h, w), shares of emitters and background (h, w)."""
+        nothing = np.zeros(emitter.shape)
+        shaded = (emitter == 0) & (background == 0)
+        return cls(
+            first=mean,
+            mean=mean,
+            variance=np.zeros(mean.shape),
+            pixel_variance=nothing,
+            level_mean=255 * np.clip(mean, 0, 1),
+            level_variance=np.zeros(mean.shape),
+            emitter=emitter,
+            background=background,
+            unjudged=nothing > 0,
+            pass_means=np.array([float(mean.mean(axis=0)[shaded].sum()) / max(int(shaded.sum()), 1)]),
+            back_faces=back_faces,
+            left_out=left_out,
+        )
+
     @property
     def shaded(self) -> NDArray[np.bool_]:
         """Pixels all of whose rays hit a surface that is not a light, (h, w)."""

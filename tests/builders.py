@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from nusselt.experiments.scenes import shapes
 from nusselt.renderer.geometry.arrays import Geometry, build_geometry
 from nusselt.renderer.lights import Light, QuadLight
 from nusselt.renderer.scene import Camera, Scene
@@ -15,25 +16,22 @@ GREY = Material((0.5, 0.5, 0.5))
 
 def quad(a, b, c, d, material: Material = GREY) -> Mesh:
     """Two triangles a b c and a c d, their front where they are counter-clockwise."""
-    return Mesh(np.array([a, b, c, d], dtype=float).T, np.array([[0, 1, 2], [0, 2, 3]]).T, material)
+    return shapes.sheet(a, b, c, d, material)
 
 
 def floor(half: float = 2.0, y: float = 0.0, material: Material = GREY) -> Mesh:
     """A square that faces +y."""
-    return quad((-half, y, half), (half, y, half), (half, y, -half), (-half, y, -half), material)
+    return shapes.plate((-half, half), (-half, half), y, material)
 
 
 def box(low, high, material: Material = GREY) -> Mesh:
     """A closed box, faces outwards."""
-    corners = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)], dtype=float).T
-    faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
-    triangles = [t for a, b, c, d in faces for t in ((a, b, c), (a, c, d))]
-    return Mesh(corners, np.array(triangles).T, material)
+    return shapes.box(low, high, material)
 
 
 def lamp(y: float = 2.0, half: float = 0.5, radiance=(5.0, 5.0, 5.0)) -> QuadLight:
     """A square light that shines down: -(ab x ac) is -y."""
-    return QuadLight((-half, y, -half), (0, 0, 2 * half), (2 * half, 0, 0), radiance)
+    return shapes.lamp((-half, half), (-half, half), y, radiance)
 
 
 def scene(

@@ -20,7 +20,6 @@ import numpy as np
 from builders import box, floor, lamp, scene
 
 from nusselt.experiments.check.check import Progress, Question, References, check
-from nusselt.experiments.external.ground_truth import as_reference
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.estimators import ControlVariate
 from nusselt.renderer.image import render
@@ -58,7 +57,7 @@ def handles() -> int:
 def small_checks(count: int, marks: int = 10) -> list[tuple[int, int, int]]:
     """(checks, bytes resident, open files), ``marks`` times over."""
     estimator = ControlVariate(samples=4, stratified=True)
-    reference = as_reference(render(pictured(0), estimator, passes=32), estimator, 32)
+    reference = Reference.of_image(render(pictured(0), estimator, passes=32), "ours", 4)
     question = Question(estimator="control-variate", samples=4, stratified=True, margin=0.05)
     found = []
     for number in range(1, count + 1):

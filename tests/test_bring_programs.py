@@ -15,9 +15,9 @@ from click.testing import CliRunner
 
 from nusselt.experiments.check.references import Cache, read_reference, write_reference
 from nusselt.experiments.cli.main import main
-from nusselt.experiments.external.ground_truth import as_reference
 from nusselt.experiments.external.program import Program, ProgramFailed, Renderer
 from nusselt.experiments.files import write_image
+from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Analytic, Area
 from nusselt.renderer.image import render
@@ -105,7 +105,7 @@ def test_a_program_that_cannot_start_is_status_1(room):
 
 
 def reference():
-    return as_reference(render(ROOM, Analytic()), Analytic(), 1)
+    return Reference.of_image(render(ROOM, Analytic()), "ours", 1)
 
 
 def test_a_kept_reference_comes_back_to_the_bit(tmp_path):

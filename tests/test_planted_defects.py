@@ -12,7 +12,7 @@ from nusselt.experiments.defects.altered import Altered
 from nusselt.experiments.defects.catalogue import CONTROLS, DEFECTS, RIGHT, Control
 from nusselt.experiments.defects.gates import pictures_differ, pixels_differ
 from nusselt.experiments.inference import Level
-from nusselt.experiments.studies.planted_defects import Truths, as_image, as_reference, find, hardness_table, hold
+from nusselt.experiments.studies.planted_defects import Truths, find, hardness_table, hold
 from nusselt.experiments.studies.variance_table import (
     add_slopes,
     bias_of,
@@ -21,6 +21,7 @@ from nusselt.experiments.studies.variance_table import (
     measured_of,
     variance_interval,
 )
+from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import render
 
 LEVEL = Level(1e-3, 10)
@@ -75,9 +76,9 @@ def test_controls_agree(truths):
 
 def test_images_and_references_change_places():
     image = render(scenes.colours(), RIGHT, seed=1, passes=3)
-    there = as_reference(image, "area")
+    there = Reference.of_image(image, "area", 4)
     np.testing.assert_allclose(there.pixel_standard_error**2 * 3, image.pixel_variance, rtol=1e-12)
-    back = as_image(there)
+    back = there.as_image()
     np.testing.assert_allclose(back.pixel_variance, image.pixel_variance, rtol=1e-12)
     np.testing.assert_array_equal(back.shaded, image.shaded)
 

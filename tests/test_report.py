@@ -27,7 +27,7 @@ from nusselt.experiments.results.report.pixels import (
     total_size,
 )
 from nusselt.experiments.results.summary import facts, headline
-from nusselt.experiments.results.work_precision import Curve, Point, curves, races, seconds_of
+from nusselt.experiments.results.work_precision import curves, races, seconds_of
 
 
 @pytest.fixture(scope="module")
@@ -130,16 +130,6 @@ def test_rows_of_few_figures_are_shown(more, verdict, tmp_path):
     write_json(document([few]), str(tmp_path / "results.json"))
     write_report(tmp_path, tmp_path / "page.html")
     assert "stability" in (tmp_path / "page.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("more", [{"tile_p": "x"}, {"margin": 1e-3, "bias_relative": 0, "bias_interval": [0]}])
-def test_rows_that_make_no_sense_are_bad_input(more, tmp_path):
-    bad = {"scene": "a", "verdict": "agrees", "as_claimed": True} | more
-    write_json(document([bad]), str(tmp_path / "results.json"))
-    status, said, error = run("report", tmp_path, "-o", tmp_path / "page.html")
-    assert (status, said) == (2, "")
-    assert "rows as the commands write them" in error
-    assert not (tmp_path / "page.html").exists()
 
 
 def test_no_rows_are_a_failure_that_says_so(tmp_path):
@@ -246,19 +236,6 @@ def test_rows_of_one_scene_share_their_figure(tmp_path):
     assert page.count('<use href="#errors-0"') == 40
     assert [page.count(f'style="--{k}: 2.4"') for k in range(10)] == [4] * 8 + [0, 0]  # 8 curves are drawn
     assert (sizes[1] - sizes[0]) / 30 < 25_000
-
-
-def test_time_to_an_error_is_interpolated_extrapolated_or_out_of_reach():
-    def curve(*points):
-        return Curve("c", False, tuple(Point(None, t, e) for t, e in points))
-
-    assert curve((1, 0.1), (100, 0.01)).seconds_to(10**-1.5) == (pytest.approx(10), False)
-    assert curve((1, 0.1), (100, 0.01)).seconds_to(1e-3) == (pytest.approx(1e4), True)
-    assert curve((1, 0.1), (2, 0.09999)).seconds_to(1e-3) is None  # it has stopped falling
-    assert curve(
-        (3, 1e-9),
-    ).seconds_to(1e-3) == (3, False)
-    assert curve((None, 0.1)).seconds_to(1e-3) is None
 
 
 def test_how_fast_is_told_by_the_race_alone():

@@ -195,10 +195,3 @@ def test_no_experiment_hides_a_module_of_the_standard_library():
     """A script's folder comes first where Python looks."""
     names = {path.stem for path in Path(suite.__file__).parent.iterdir()}
     assert not names & sys.stdlib_module_names
-
-
-def test_names_that_pages_read_mean_the_same_in_every_experiment():
-    """A count called "pixels" once kept the whole report from being written."""
-    with pytest.raises(TypeError, match="pixels of a row is 7"):
-        Outcome([{"pixels": 7}])
-    Outcome([{"pixels": {"shaded": 7}}, {"pixels": None}, {}])

@@ -1,4 +1,4 @@
-"""A user's estimator, by the name it is imported under."""
+"""Which estimator: a user's, by the name it is imported under; or the one without noise in a scene."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import sys
 from typing import Any
 
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.estimators import Estimator
+from nusselt.renderer.estimators import ESTIMATORS, Estimator
+from nusselt.renderer.image import prepare
+from nusselt.renderer.scene import Scene
 
 PATH = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
 ACCEPTED = "package.module:Name, a class as in renderer/estimators/protocol.py"
@@ -64,3 +66,10 @@ def estimator_at(path: str, samples: int, stratified: bool) -> Estimator:
     except Exception as error:
         told = f"a class that takes samples and stratified ({type(error).__name__}: {error})"
         raise InputError("estimator", path, told[:200]) from error
+
+
+def noise_free(scene: Scene) -> Estimator | None:
+    """The first estimator that claims this scene exactly and draws no random number; None where none does."""
+    needs = prepare(scene).needs
+    exact = (made for made in (kind() for kind in ESTIMATORS) if made.claim(needs) == "exact")
+    return next((made for made in exact if not made.is_random(needs)), None)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nusselt.experiments.plain_pixels import pixel_counts
+from nusselt.experiments.results.schema import COURSE, JUDGED, Row, names
 from nusselt.experiments.verdict import Verdict
 from nusselt.mitsuba_bridge.reference import GlossyNeedsLLVM, Reference, ReferenceUnavailable
 from nusselt.renderer.estimators import Claim, Estimator, Exact
@@ -80,27 +81,14 @@ def _warnings(scene: Scene, ours: Image) -> list[str]:
     return found
 
 
-def row_without(
-    head: dict[str, Any], ours: Image, problem: ReferenceUnavailable, seconds: dict[str, Any]
-) -> dict[str, Any]:
+def row_without(head: dict[str, Any], ours: Image, problem: ReferenceUnavailable, seconds: dict[str, Any]) -> Row:
     """The row of a scene that could not be compared: nothing measured is never passed."""
     renderer = "mitsuba" if isinstance(problem, GlossyNeedsLLVM) else None
-    nothing = dict.fromkeys(
-        (
-            *("bias", "bias_relative", "bias_interval", "minimum_detectable_bias", "rms", "rms_relative"),
-            *(
-                "rms_denoised_relative",
-                "rms_denoised_interval",
-                "samples_to_decide",
-                "course_bias",
-                "course_mse",
-                "course_expected",
-            ),
-        )
-    )
+    nothing = dict.fromkeys(names((*JUDGED, *COURSE)))
     return {
         **head,
         **nothing,
+        "samples_to_decide": None,
         "pixels": pixel_counts(ours),
         "variance": float(ours.pixel_variance[ours.shaded].mean()) if ours.shaded.any() else 0.0,
         "non_finite": int((~np.isfinite(ours.mean).all(axis=0)).sum()),
@@ -120,20 +108,16 @@ def to_decide(head: dict[str, Any], verdict: Verdict, reference: Reference) -> d
     return {"ours": math.ceil(ours * verdict.more), "reference": math.ceil(theirs * verdict.more)}
 
 
-def row_of(head: dict[str, Any], verdict: Verdict, reference: Reference, seconds: dict[str, Any]) -> dict[str, Any]:
+def judged(verdict: Verdict) -> Row:
+    """What the judge says, by the names of `results.json`."""
+    return {name: getattr(verdict, name) for name in names(JUDGED)}
+
+
+def row_of(head: dict[str, Any], verdict: Verdict, reference: Reference, seconds: dict[str, Any]) -> Row:
     """A whole row of `results.json`."""
-    figures = {
-        name: getattr(verdict, name)
-        for name in (
-            *("pixels", "bias", "bias_relative", "bias_interval", "minimum_detectable_bias", "rms"),
-            *("rms_relative", "rms_denoised_relative", "rms_denoised_interval", "variance"),
-            *("variance_ratio", "variance_ratio_interval", "pass_spread", "excess_kurtosis"),
-            *("non_finite", "reason", "tiles_without_noise"),
-        )
-    }
     return {
         **head,
-        **figures,
+        **judged(verdict),
         **verdict.noise,
         "samples_to_decide": to_decide(head, verdict, reference),
         "course_bias": verdict.course.bias,
@@ -151,7 +135,5 @@ def row_of(head: dict[str, Any], verdict: Verdict, reference: Reference, seconds
             "standard_error_relative": verdict.reference_error_relative,
             "notes": list(reference.notes),
         },
-        "tiles": verdict.tiles,
-        "tile_p": verdict.tile_p,
         "seconds": seconds,
     }

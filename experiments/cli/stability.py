@@ -16,8 +16,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from nusselt.experiments.results.document import EXIT
+from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.tables import console
-from nusselt.experiments.runs.experiment import Row, Settings
+from nusselt.experiments.runs.experiment import Settings
 from nusselt.experiments.runs.run import Request, run_one
 from nusselt.experiments.studies.stability.study import STABILITY, file_jobs
 from nusselt.experiments.terminal.options import reporting_options

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from nusselt.experiments.scenes import shapes
+from nusselt.experiments.scenes.shapes import plate
 from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
 from nusselt.renderer.scene import Camera, Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
@@ -15,23 +15,14 @@ GLOSSY = Material((0.2, 0.2, 0.2), (0.6, 0.6, 0.6), 5.0)
 ABOVE = Camera((0.3, 3.0, 5.0), (0.0, 0.3, 0.0), (0.0, 1.0, 0.0), 42.0)
 
 
-def _quad(a: object, b: object, c: object, d: object, material: Material = GREY) -> Mesh:
-    return Mesh(np.array([a, b, c, d], dtype=float).T, np.array([[0, 1, 2], [0, 2, 3]]).T, material)
-
-
-def floor(half: float = 2.5, material: Material = GREY, y: float = 0.0) -> Mesh:
+def floor(half: float = 2.5, material: Material = GREY) -> Mesh:
     """A square that faces up."""
-    return _quad((-half, y, half), (half, y, half), (half, y, -half), (-half, y, -half), material)
-
-
-def ceiling(half: float, y: float) -> Mesh:
-    """A square that faces down."""
-    return _quad((-half, y, -half), (half, y, -half), (half, y, half), (-half, y, half))
+    return plate((-half, half), (-half, half), 0.0, material)
 
 
 def lamp(y: float = 2.0, half: float = 0.5, radiance: tuple[float, float, float] = (5.0, 5.0, 5.0)) -> QuadLight:
     """A square light that shines down."""
-    return QuadLight((-half, y, -half), (0, 0, 2 * half), (2 * half, 0, 0), radiance)
+    return shapes.lamp((-half, half), (-half, half), y, radiance)
 
 
 def _scene(
@@ -51,7 +42,7 @@ def open_floor() -> Scene:
 
 def penumbra() -> Scene:
     """A sphere and a slanted sheet under the lamp; the light in view."""
-    sheet = _quad((-1.6, 0.5, 0.4), (-0.5, 0.6, 0.5), (-0.6, 0.7, -0.6), (-1.5, 0.6, -0.7))
+    sheet = shapes.sheet((-1.6, 0.5, 0.4), (-0.5, 0.6, 0.5), (-0.6, 0.7, -0.6), (-1.5, 0.6, -0.7), GREY)
     ball = Ellipsoid.sphere((0.7, 0.45, 0.2), 0.4, GREY)
     return _scene("penumbra", floor(), sheet, lights=(lamp(1.7),), ellipsoids=(ball,))
 
@@ -59,20 +50,21 @@ def penumbra() -> Scene:
 def behind_the_light() -> Scene:
     """A wall on either side of a light that stands upright."""
     light = QuadLight((0.0, 0.7, -0.5), (0, 0, 1.0), (0, 0.8, 0), (5.0, 5.0, 5.0))
-    left = _quad((-1.5, 0, 1.5), (-1.5, 0, -1.5), (-1.5, 2, -1.5), (-1.5, 2, 1.5))
-    right = _quad((1.5, 0, -1.5), (1.5, 0, 1.5), (1.5, 2, 1.5), (1.5, 2, -1.5))
+    left = shapes.sheet((-1.5, 0, 1.5), (-1.5, 0, -1.5), (-1.5, 2, -1.5), (-1.5, 2, 1.5), GREY)
+    right = shapes.sheet((1.5, 0, -1.5), (1.5, 0, 1.5), (1.5, 2, 1.5), (1.5, 2, -1.5), GREY)
     return _scene("walls", floor(), left, right, lights=(light,))
 
 
 def near_ceiling() -> Scene:
     """A light 0.001 below a ceiling, as in the Cornell box."""
+    ceiling = plate((-1.5, 1.5), (1.5, -1.5), 2.0, GREY)
     low = Camera((0.2, 0.8, 4.0), (0.0, 0.7, 0.0), (0.0, 1.0, 0.0), 42.0)
-    return _scene("near ceiling", floor(), ceiling(1.5, 2.0), lights=(lamp(1.999, 0.3),), camera=low)
+    return _scene("near ceiling", floor(), ceiling, lights=(lamp(1.999, 0.3),), camera=low)
 
 
 def near_blocker() -> Scene:
     """A sheet 0.01 below a light."""
-    sheet = _quad((-0.4, 1.99, 0.5), (0.1, 1.99, 0.5), (0.1, 1.99, -0.5), (-0.4, 1.99, -0.5))
+    sheet = shapes.sheet((-0.4, 1.99, 0.5), (0.1, 1.99, 0.5), (0.1, 1.99, -0.5), (-0.4, 1.99, -0.5), GREY)
     return _scene("near blocker", floor(), sheet, lights=(lamp(),))
 
 

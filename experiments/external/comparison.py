@@ -12,6 +12,7 @@ import numpy as np
 
 from nusselt.experiments.check.check import Progress, Question
 from nusselt.experiments.check.references import KeptReferences
+from nusselt.experiments.check.rows import as_claimed, judged
 from nusselt.experiments.files import to_levels
 from nusselt.experiments.images.formats import Raw
 from nusselt.experiments.images.transfer import RULES, Quantiser, Rule
@@ -25,7 +26,7 @@ from .diagnosis import diagnose
 from .diagnosis.diagnose import Diagnosis, Mistake
 from .diagnosis.probe import Probe
 from .expected import Renders, Scores, course_scores, expected_scores, own_renders
-from .ground_truth import Truth, truth_of
+from .ground_truth import Truth, ground_truth
 from .shared_noise import common_noise, different, repeated_noise, whitened
 from .sides import Sides, stage, two_sides
 
@@ -76,7 +77,7 @@ def compare(
     """Judge somebody's images of a scene."""
     started = time.perf_counter()
     estimator = question.of(scene)
-    truth = truth_of(scene, question, references, executor, progress)
+    truth = ground_truth(scene, question, references, executor, progress)
     seen = stage(scene)
     probe = Probe(scene, estimator.samples, estimator.stratified)
     renders = own_renders(scene, estimator, probe)
@@ -105,14 +106,14 @@ def compare(
         "warnings": _warnings(scene, brought, sides, quantiser),
         "images": {},
         "brought": list(brought.names),
-        **_figures(verdict),
+        **judged(verdict),
         **_scores(brought, quantiser, truth.reference, renders, seen),
         "quantisation": _said(quantiser, brought),
         "saturated": {"masked": sides.saturated, "at_the_top": sides.at_the_top},
         "single_image": sides.images == 1,
         "likely_mistakes": [vars(mistake) for mistake in mistakes],
         "verdict": verdict.word,
-        "as_claimed": {"agrees": True, "differs": False, "undecided": None}[verdict.word],
+        "as_claimed": as_claimed("unbiased", verdict.word, broken=False),
         "reference": _reference_row(truth),
         "seconds": {"pilot": 0.0, "ours": 0.0, "reference": time.perf_counter() - started},
     }
@@ -182,14 +183,6 @@ def _warnings(scene: Scene, brought: Brought, sides: Sides, quantiser: Quantiser
     if scene.spp > 1:
         found.append("mistakes are looked for only where a pixel is its centre (spp 1)")
     return found
-
-
-def _figures(verdict: Verdict) -> dict[str, Any]:
-    names = (
-        *("pixels", "bias", "bias_relative", "bias_interval", "minimum_detectable_bias", "rms", "rms_relative"),
-        *("rms_denoised_relative", "rms_denoised_interval", "variance", "non_finite", "reason", "tiles", "tile_p"),
-    )
-    return {name: getattr(verdict, name) for name in names}
 
 
 def _scores(brought: Brought, quantiser: Quantiser, truth: Reference, renders: Renders, seen: Image) -> dict[str, Any]:

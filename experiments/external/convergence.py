@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from nusselt.experiments.images.transfer import Quantiser
+from nusselt.experiments.results.work_precision import slope
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
 from nusselt.renderer.vectors import Floats
@@ -33,13 +34,10 @@ def error_row(runs: list[Run], decode: Callable[[Run], Floats], seen: Image, tru
     }
 
 
-def slope(rows: list[dict[str, Any]], against: Callable[[dict[str, Any]], float]) -> float | None:
-    """Least-squares slope of log RMS; None where there are too few points or no error."""
-    points = [(against(row), row["rms"]) for row in rows if row["rms"] > 0 and against(row) > 0]
-    if len({x for x, _ in points}) < 2:
-        return None
-    x, y = np.log(np.array(points)).T
-    return float(np.polyfit(x, y, 1)[0])
+def fall(rows: list[dict[str, Any]], against: str) -> float | None:
+    """Slope of log RMS over log samples or seconds; None where there are too few points or no error."""
+    points = [(row[against], row["rms"]) for row in rows if row["rms"] > 0 and row[against] > 0]
+    return slope(*zip(*points, strict=True))[0] if len({x for x, _ in points}) > 1 else None
 
 
 def convergence(by_samples: list[list[Run]], quantiser: Quantiser, seen: Image, truth: Reference) -> dict[str, Any]:
@@ -50,6 +48,6 @@ def convergence(by_samples: list[list[Run]], quantiser: Quantiser, seen: Image, 
         row["seconds_first"], row["seconds_median"] = row["seconds"][0], float(np.median(later))
     return {
         "rows": rows,
-        "slope_samples": slope(rows, lambda row: row["samples"]),
-        "slope_seconds": slope(rows, lambda row: row["seconds_median"]),
+        "slope_samples": fall(rows, "samples"),
+        "slope_seconds": fall(rows, "seconds_median"),
     }

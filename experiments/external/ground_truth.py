@@ -6,15 +6,13 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
-import numpy as np
-
 from nusselt.experiments.check.check import ROOM, Progress, Question, seeds
+from nusselt.experiments.check.estimators import noise_free
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.results.document import package_versions
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable
-from nusselt.renderer.errors import InputError
-from nusselt.renderer.estimators import ESTIMATORS, Area, Estimator
-from nusselt.renderer.image import Image, prepare, render
+from nusselt.renderer.estimators import Area, Estimator
+from nusselt.renderer.image import Image, render
 from nusselt.renderer.scene import Scene
 
 AREA = Area(samples=64, stratified=True)
@@ -30,43 +28,12 @@ class Truth:
     exact: bool
 
 
-def exact_estimator(scene: Scene) -> Estimator | None:
-    """The first estimator that claims this scene exactly and draws no random number."""
-    if scene.spp > 1:
-        return None
-    needs = prepare(scene).needs
-    for kind in ESTIMATORS:
-        try:
-            made = kind(samples=1)
-        except InputError:
-            continue
-        if made.claim(needs) == "exact" and not made.is_random(needs):
-            return made
-    return None
+def _reference(image: Image, estimator: Estimator) -> Reference:
+    version = str(package_versions()["nusselt"])
+    return Reference.of_image(image, f"nusselt {estimator.name}", estimator.samples, version)
 
 
-def as_reference(image: Image, estimator: Estimator, passes: int) -> Reference:
-    """One of our images in the place of a reference."""
-    return Reference(
-        mean=image.mean,
-        standard_error=np.sqrt(image.variance / passes),
-        pixel_standard_error=np.sqrt(image.pixel_variance / passes),
-        emitter=image.emitter,
-        background=image.background,
-        holes=np.zeros_like(image.background),
-        pass_means=image.pass_means,
-        samples=estimator.samples * passes,
-        passes=passes,
-        renderer=f"nusselt {estimator.name}",
-        version=str(package_versions()["nusselt"]),
-        variant="float64",
-        llvm=None,
-        notes=(),
-        seconds={},
-    )
-
-
-def truth_of(
+def ground_truth(
     scene: Scene,
     question: Question,
     references: KeptReferences,
@@ -77,10 +44,10 @@ def truth_of(
     given = references.given(scene)
     if given is not None:
         return Truth(given, f"a kept reference ({given.renderer} {given.version})", given.passes == 1)
-    exact = exact_estimator(scene)
+    exact = noise_free(scene) if scene.spp == 1 else None
     if exact is not None:
         image = render(scene, exact, executor=executor, progress=_part(progress, "exact image"))
-        return Truth(as_reference(image, exact, 1), f"the exact image ({exact.name})", True)
+        return Truth(_reference(image, exact), f"the exact image ({exact.name})", True)
     try:
         found = references.get(scene, question, question.margin / ROOM, progress)
         return Truth(found, f"Mitsuba {found.version}, {found.samples} samples per light", False)
@@ -90,7 +57,7 @@ def truth_of(
     image = render(
         scene, AREA, seed=seed, passes=AREA_PASSES, executor=executor, progress=_part(progress, "area reference")
     )
-    made = as_reference(image, AREA, AREA_PASSES)
+    made = _reference(image, AREA)
     return Truth(made, f"ours by area, {made.samples} samples per light, because Mitsuba could not run: {told}", False)
 
 

@@ -15,10 +15,12 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from nusselt.experiments.inference import Bias, welch
 from nusselt.renderer.errors import InputError
 
 from .document import EXIT, read_json
-from .rows import Row, count, number, title
+from .rows import count, number, title
+from .schema import Row
 from .work_precision import seconds_of
 
 IDENTITY = ("experiment", "scene", "estimator", "method", "renderer", "case", "defect", "samples", "stratified")
@@ -147,21 +149,17 @@ def by_identity(rows: list[Row]) -> dict[tuple[Any, ...], Row]:
     return found
 
 
-def welch(figure: Figure, before: Row, after: Row) -> tuple[float, float, float, float] | None:
-    """Values before and after, the standard error of their difference, and its p-value; None if one is missing."""
-    values = [number(row.get(figure.name)) for row in (before, after)]
+def moved(figure: Figure, before: Row, after: Row) -> tuple[Bias, float] | None:
+    """By how much a figure moved, and the chance of that in noise; None if it is missing on a side."""
+    old, new = number(before.get(figure.name)), number(after.get(figure.name))
     errors = [number(row.get(f"{figure.name}_standard_error")) for row in (before, after)]
-    old, new = values
     if old is None or new is None or errors[0] is None or errors[1] is None:
         return None
-    squares = [errors[0] ** 2, errors[1] ** 2]
-    error = math.sqrt(sum(squares))
-    if error == 0:
-        return old, new, 0.0, 1.0 if math.isclose(old, new, rel_tol=1e-6, abs_tol=1e-300) else 0.0
     freedoms = [number(row.get(f"{figure.name}_freedom")) or 1e9 for row in (before, after)]
-    weight = sum(s * s / freedom for s, freedom in zip(squares, freedoms, strict=True))
-    freedom = error**4 / weight if weight > 0 else 1e9
-    return old, new, error, float(2 * stats.t.sf(abs(new - old) / error, freedom))
+    step = welch(new - old, *((error**2, f) for error, f in zip(errors, freedoms, strict=True) if error is not None))
+    if step.standard_error == 0:
+        return step, 1.0 if math.isclose(old, new, rel_tol=1e-6, abs_tol=1e-300) else 0.0
+    return step, float(2 * stats.t.sf(abs(step.value) / step.standard_error, step.freedom))
 
 
 def holm(p: list[float], alpha: float) -> list[bool]:
@@ -204,10 +202,11 @@ def compare_rows(baseline: list[Row], results: list[Row], alpha: float = 1e-3) -
         name = title(old[key])
         exact += _exact_changes(name, old[key], new[key])
         for figure in FIGURES:
-            found = welch(figure, old[key], new[key])
+            found = moved(figure, old[key], new[key])
             if found:
-                before, after, error, p = found
-                noisy.append((Change(name, figure.words, before, after, figure.worse(before, after), p), error))
+                (step, p), before, after = found, old[key][figure.name], new[key][figure.name]
+                change = Change(name, figure.words, before, after, figure.worse(before, after), p)
+                noisy.append((change, step.standard_error))
     named = holm([change.p or 0.0 for change, _ in noisy], alpha)
     return Comparison(
         changes=(*exact, *(change for (change, _), is_named in zip(noisy, named, strict=True) if is_named)),

@@ -17,7 +17,8 @@ import numpy as np
 from nusselt.experiments.files import replacing
 from nusselt.renderer.errors import InputError
 
-SCHEMA = 1
+from .schema import SCHEMA, Row, check
+
 PACKAGES = ("nusselt", "numpy", "scipy", "mitsuba", "drjit", "scikit-image", "karellen-llvm-core")
 
 EXIT = {"as claimed": 0, "not as claimed": 1, "bad input": 2, "undecided": 3, "no reference": 4}
@@ -69,7 +70,7 @@ def plain(value: Any) -> Any:
     return value
 
 
-def document(rows: list[dict[str, Any]], **head: Any) -> dict[str, Any]:
+def document(rows: list[Row], **head: Any) -> dict[str, Any]:
     """A whole results file.
 
     Parameters
@@ -91,8 +92,16 @@ def document(rows: list[dict[str, Any]], **head: Any) -> dict[str, Any]:
 
 
 def write_json(content: dict[str, Any], target: str) -> None:
-    """Write to a file, or to standard output for "-"."""
-    text = json.dumps(plain(content), indent=1, allow_nan=False, ensure_ascii=True) + "\n"
+    """Write to a file, or to standard output for "-".
+
+    Raises
+    ------
+    InputError
+        If it cannot be written there, or is not what `schema` says.
+    """
+    content = plain(content)
+    check(content, target)
+    text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=True) + "\n"
     if target == "-":
         sys.stdout.write(text)
         return
@@ -106,7 +115,7 @@ def read_json(path: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If there is none, or it is not one of this schema.
+        If there is none, or it is not what `schema` says: names the row, the entry and its value.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
@@ -114,15 +123,12 @@ def read_json(path: Path) -> dict[str, Any]:
         raise InputError("results", str(path), f"a results.json ({error.strerror})") from error
     except (ValueError, RecursionError) as error:
         raise InputError("results", str(path), f"a results.json ({error})") from error
-    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
-        raise InputError("results", str(path), f"a results.json of schema {SCHEMA}")
-    rows = content.get("rows")
-    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
-        raise InputError("results", str(path), "a results.json whose rows are a list of objects")
-    return content
+    check(content, str(path))
+    checked: dict[str, Any] = content
+    return checked
 
 
-def exit_code(rows: list[dict[str, Any]]) -> int:
+def exit_code(rows: list[Row]) -> int:
     """One not as claimed outweighs a reference that could not run, which outweighs undecided.
 
     No rows are a failure: nothing measured is nothing shown.

@@ -15,7 +15,8 @@ from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
 
 from .pictures import RANGE, colour_difference
-from .rows import Row, method, percent
+from .rows import method, percent
+from .schema import Row
 from .summary import headline
 
 COLUMNS = ("scene", "estimator", "verdict", "bias", "its interval", "finds", "RMS")

@@ -12,7 +12,7 @@ from nusselt.experiments.verdict import standard_errors
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
 
-from .rows import Row
+from .schema import Row
 
 RANGE = 4.0
 """The difference is shown from -4 to +4 standard errors in every picture, so that

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, Literal
 
-Row = dict[str, Any]
+from .schema import Row
+
 Status = Literal["failing", "undecided", "as claimed", "shown"]
 
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any, Literal
 
-from .rows import Row, Status, count, number, percent, status, title
+from .rows import Status, count, number, percent, status, title
+from .schema import Row
 from .work_precision import TARGETS, races
 
 Tone = Literal["good", "bad", "open", "plain"]

@@ -8,14 +8,28 @@ of an experiment with ``scene``, ``estimator``, ``renderer`` ("ours" unless it s
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from statistics import median
 
-from .rows import Row, number
+import numpy as np
+from scipy import stats
+
+from nusselt.renderer.vectors import Floats
+
+from .rows import number
+from .schema import Row
 
 TARGETS = (1e-2, 1e-3, 1e-4)
 """Relative RMS errors people ask the time of; the middle one first."""
+
+
+def slope(sizes: Sequence[float] | Floats, values: Sequence[float] | Floats) -> tuple[float, float, float]:
+    """Least-squares slope of log value over log size, and its interval at 99 %: NaN where two points leave none."""
+    fit = stats.linregress(np.log(sizes), np.log(values))
+    freedom = len(sizes) - 2
+    reach = float(stats.t.isf(0.005, freedom)) * float(fit.stderr) if freedom > 0 else math.nan
+    return float(fit.slope), float(fit.slope) - reach, float(fit.slope) + reach
 
 
 def seconds_of(row: Row) -> float | None:
@@ -71,33 +85,6 @@ class Curve:
     label: str
     mitsuba: bool
     points: tuple[Point, ...]
-
-    def seconds_to(self, error: float) -> tuple[float, bool] | None:
-        """Seconds to reach an error, and whether that is extrapolated; None where it is out of reach or untimed.
-
-        Between two points log error is linear in log time; beyond the last it falls with the root of time, unless
-        it has stopped falling. Before the first there is nothing cheaper.
-        """
-        timed = sorted((p.seconds, p.error) for p in self.points if p.seconds and p.error > 0)
-        if not timed:
-            return None
-        for (t0, e0), (t1, e1) in pairwise(timed):
-            if e0 >= error >= e1 and e0 > e1:
-                share = math.log(e0 / error) / math.log(e0 / e1)
-                return t0 * (t1 / t0) ** share, False
-        if timed[0][1] <= error:
-            return timed[0][0], False
-        if self._levels_off(timed):
-            return None
-        return timed[-1][0] * (timed[-1][1] / error) ** 2, True
-
-    @staticmethod
-    def _levels_off(timed: list[tuple[float, float]]) -> bool:
-        """Whether the last step falls slower than the fourth root of time: a floor is near."""
-        if len(timed) < 2:
-            return False
-        (t0, e0), (t1, e1) = timed[-2:]
-        return t1 > t0 and math.log(e0 / e1) < 0.25 * math.log(t1 / t0)
 
 
 def curves(rows: list[Row], scene: str) -> list[Curve]:

@@ -9,13 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from nusselt.experiments.results.document import plain
+from nusselt.experiments.results.schema import Row, check_row
 from nusselt.experiments.scenes.catalogue import load
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
-
-Row = dict[str, Any]
-KINDS = {"pixels": dict, "reference": dict, "images": dict, "left_out": list, "warnings": list}
-"""Names of a row that mean the same in every experiment."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,7 @@ class Outcome:
     Parameters
     ----------
     rows : list of dict
-        JSON types alone; each carries ``as_claimed``.
+        What `plain` makes JSON types of, as `schema` says; each carries ``as_claimed``.
     arrays : dict
         Images and curves for the figures.
     """
@@ -62,10 +60,8 @@ class Outcome:
     arrays: dict[str, Floats] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for row in self.rows:
-            for name, kind in KINDS.items():
-                if row.get(name) is not None and not isinstance(row[name], kind):
-                    raise TypeError(f"{name} of a row is {row[name]!r}: pages read it as a {kind.__name__}")
+        for number, row in enumerate(self.rows, start=1):
+            check_row(plain(row), f"row {number}")
 
 
 @dataclass(frozen=True)

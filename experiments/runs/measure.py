@@ -9,10 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from scipy import stats
-
-from nusselt.renderer.estimators import Analytic, ControlVariate, Estimator, Exact
+from nusselt.experiments.check.estimators import noise_free
+from nusselt.renderer.estimators import ControlVariate, Estimator
 from nusselt.renderer.image import prepare, render
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
@@ -54,10 +52,10 @@ def small(scene: Scene, width: int) -> Scene:
 
 def truth_of(scene: Scene, seed: int, samples: int = 1024, passes: int = 4) -> Truth:
     """The closed form where nothing blocks, exact shadows where they are, else a control variate's passes."""
-    needs = prepare(scene).needs
-    estimator: Estimator = Exact() if needs.visibility else Analytic()
-    name = "exact shadows" if needs.visibility else "closed form"
-    if needs.visibility and (scene.spp > 1 or estimator.claim(needs) != "exact" or estimator.is_random(needs)):
+    visibility = prepare(scene).needs.visibility
+    name = "exact shadows" if visibility else "closed form"
+    estimator = noise_free(scene) if scene.spp == 1 or not visibility else None
+    if estimator is None:
         estimator = ControlVariate(samples=samples, stratified=True)
         name = f"{estimator.name} {samples} x {passes}"
     image = render(scene, estimator, seed=seed, passes=passes)
@@ -77,14 +75,7 @@ def measured(
     bias = float(difference.mean())
     rounding = 1e-12 * level
     return {
-        "rms": math.sqrt(max(float(square.mean()), 0.0)) / level,
-        "bias": bias / level,
+        "rms_relative": math.sqrt(max(float(square.mean()), 0.0)) / level,
+        "bias_relative": bias / level,
         "bias_standard_errors": bias / math.hypot(error, rounding),
     }, image.first
-
-
-def slope(samples: Floats, errors: Floats) -> tuple[float, float, float]:
-    """Slope of log error over log samples, and its interval at 99 %."""
-    fit = stats.linregress(np.log(samples), np.log(errors))
-    reach = float(stats.t.isf(0.005, len(samples) - 2)) * float(fit.stderr)
-    return float(fit.slope), float(fit.slope) - reach, float(fit.slope) + reach

@@ -15,14 +15,16 @@ from nusselt.experiments.files import replacing
 from nusselt.experiments.inference import Level
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
+from nusselt.experiments.results.exports.csv_table import csv_rows
 from nusselt.experiments.results.figures import save
-from nusselt.experiments.results.study_tables import table, write_csv
+from nusselt.experiments.results.schema import Row
+from nusselt.experiments.results.study_tables import single, table
 from nusselt.experiments.results.tables import console, verdict_table
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.workers import worker_pool
 from nusselt.renderer.errors import InputError
 
-from .experiment import Experiment, Outcome, Row, Settings
+from .experiment import Experiment, Outcome, Settings
 from .runner import run_jobs
 from .store import Store
 
@@ -109,13 +111,12 @@ def run_one(
     rows = [head | row | tail for outcome in outcomes for row in outcome.rows]
     if out and rows:
         folder = out / experiment.name
-        write_csv(rows, folder / "rows.csv")
-        if experiment.text:
-            with replacing(folder / "rows.md") as beside:
-                beside.write_text(experiment.text(rows), encoding="utf-8")
-        for name, words in (experiment.files(rows) if experiment.files else {}).items():
+        texts = {"rows.csv": csv_rows(single(rows))}
+        texts |= {"rows.md": experiment.text(rows)} if experiment.text else {}
+        texts |= experiment.files(rows) if experiment.files else {}
+        for name, words in texts.items():
             with replacing(folder / name) as beside:
-                beside.write_text(words, encoding="utf-8")
+                beside.write_text(words, encoding="utf-8", newline="")
         for name, figure in experiment.figures(outcomes).items():
             figure.text(
                 0.995, 0.004, f"seed {settings.seed}: {tail['command']}", ha="right", fontsize=6, color="#718096"

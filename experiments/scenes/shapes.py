@@ -1,4 +1,7 @@
-"""A few shapes to build extreme scenes of; all their numbers are short in binary, so that moving them is exact."""
+"""Shapes that every made scene is built of: sheets, boxes, lamps; and scenes scaled and moved.
+
+The numbers of `room` are short in binary, so that moving it is exact.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ import numpy as np
 from nusselt.renderer.lights import Light, QuadLight
 from nusselt.renderer.scene import Camera, Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
+from nusselt.renderer.validation import Vec3
 
 GREY = Material((0.5, 0.4, 0.3))
 SHINY = Material((0.375, 0.25, 0.125), (0.25, 0.25, 0.25), 20.0)
@@ -16,9 +20,13 @@ WHITE = (4.0, 4.0, 4.0)
 
 
 def plate(x: tuple[float, float], z: tuple[float, float], y: float, material: Material = GREY) -> Mesh:
-    """A level rectangle that faces up."""
-    corners = [(x[0], y, z[1]), (x[1], y, z[1]), (x[1], y, z[0]), (x[0], y, z[0])]
-    return Mesh(np.array(corners, dtype=float).T, np.array([[0, 1, 2], [0, 2, 3]]).T, material)
+    """A level rectangle that faces up, or down where ``z`` falls."""
+    return sheet((x[0], y, z[1]), (x[1], y, z[1]), (x[1], y, z[0]), (x[0], y, z[0]), material)
+
+
+def sheet(a: Vec3, b: Vec3, c: Vec3, d: Vec3, material: Material = GREY) -> Mesh:
+    """Two triangles a b c and a c d; their front is where they are counter-clockwise."""
+    return Mesh(np.array([a, b, c, d], dtype=float).T, np.array([[0, 1, 2], [0, 2, 3]]).T, material)
 
 
 def box(low: tuple[float, ...], high: tuple[float, ...], material: Material = GREY, inwards: bool = False) -> Mesh:

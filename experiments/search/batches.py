@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from nusselt.experiments.runs.experiment import Job, Outcome, Row, Settings
+from nusselt.experiments.results.schema import Row
+from nusselt.experiments.runs.experiment import Job, Outcome, Settings
 from nusselt.experiments.scenes.catalogue import load
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene

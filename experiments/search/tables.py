@@ -8,8 +8,9 @@ from typing import Any
 from rich.console import Group
 
 from nusselt.experiments.results.figures import BLUE, RED, canvas
+from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.study_tables import table
-from nusselt.experiments.runs.experiment import Outcome, Row
+from nusselt.experiments.runs.experiment import Outcome
 
 from .examine import SECONDS
 from .referees import LEVEL

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from nusselt.experiments.results.figures import curves
+from nusselt.experiments.results.work_precision import slope
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
-from nusselt.experiments.runs.measure import measured, slope, small, truth_of
+from nusselt.experiments.runs.measure import measured, small, truth_of
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.scene import Scene
 
@@ -28,7 +29,7 @@ def fit(scene: Scene, sides: Sequence[int], repeats: int, seed: int) -> Outcome:
                 estimator = Area(samples=side * side, stratified=stratified)
                 found, _ = measured(scene, estimator, truth, seed + 1 + side + 1000 * repeat, passes=2)
                 counts.append(side * side)
-                errors.append(found["rms"])
+                errors.append(found["rms_relative"])
         value, low, high = slope(np.array(counts, dtype=float), np.array(errors))
         row = {"scene": scene.name, "estimator": "area", "stratified": stratified, "truth": truth.name}
         row |= {"slope": value, "slope_low": low, "slope_high": high}

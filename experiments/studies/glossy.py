@@ -42,7 +42,7 @@ def compare(scene: Scene, exponent: float, passes: int, seed: int) -> Outcome:
     found, noisy = measured(glossy, Area(samples=SAMPLES), truth, seed + 1, passes)
     strata, _ = measured(glossy, Area(samples=SAMPLES, stratified=True), truth, seed + 2, passes)
     row = {"scene": scene.name, "exponent": exponent, "samples": SAMPLES, "passes": passes, "truth": truth.name}
-    row |= {"rms_random": found["rms"], "rms_stratified": strata["rms"]}
+    row |= {"rms_random": found["rms_relative"], "rms_stratified": strata["rms_relative"]}
     row |= {"bias_standard_errors": found["bias_standard_errors"], "seconds": {"analytic": seconds}}
     right = abs(found["bias_standard_errors"]) < SURE and abs(strata["bias_standard_errors"]) < SURE
     return Outcome([row | {"as_claimed": right}], {"closed form": image.mean, "area": noisy})

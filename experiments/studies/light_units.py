@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from nusselt.experiments.results.figures import curves, strip
+from nusselt.experiments.results.work_precision import slope
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
-from nusselt.experiments.runs.measure import slope
 from nusselt.experiments.scenes.shapes import GREY, lamp, plate
 from nusselt.renderer.closed_forms.irradiance import irradiance
 from nusselt.renderer.closed_forms.sun import sun_irradiance

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from nusselt.experiments.results.figures import BLUE, RED, canvas
+from nusselt.experiments.results.work_precision import slope
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.scenes.procedural import generated
 from nusselt.renderer.estimators import estimator_named
@@ -84,11 +85,6 @@ def jobs(settings: Settings) -> list[Job]:
     return [Job(alone, dict(zip(names, entry, strict=True)), alone=True) for entry in asked]
 
 
-def exponent(sizes: Sequence[float], seconds: Sequence[float]) -> float:
-    """Slope of log seconds over log size, by least squares."""
-    return float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
-
-
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     rows = [outcome.rows[0] for outcome in outcomes]
     drawn = canvas(9, 4)
@@ -97,7 +93,7 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
         for (estimator, samples), colour in ((COMMON, BLUE), (EXACT, RED)):
             mine = [row for row in rows if row["series"] == series and row["estimator"] == estimator]
             sizes, seconds = [row[name] ** power for row in mine], [row["render"] for row in mine]
-            label = f"{estimator} {samples}, exponent {exponent(sizes, seconds):.2f}"
+            label = f"{estimator} {samples}, exponent {slope(sizes, seconds)[0]:.2f}"
             axis.loglog(sizes, seconds, "o-", color=colour, label=label)
         axis.set(xlabel=series, ylabel="processor seconds of one image")
         axis.grid(alpha=0.3)

@@ -18,17 +18,16 @@ import numpy as np
 
 from nusselt.experiments.check.check import seeds
 from nusselt.experiments.inference import Bools, pooled_bias
-from nusselt.experiments.results.figures import BLUE, RED, canvas
-from nusselt.experiments.results.figures import GREY as PALE
+from nusselt.experiments.results.figures import BLUE, GREY, RED, canvas
 from nusselt.experiments.results.study_tables import table
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
+from nusselt.experiments.scenes.shapes import lamp, plate
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, render_reference
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import Image, render
-from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.scene import Camera, Scene
-from nusselt.renderer.surfaces import Material, Mesh
+from nusselt.renderer.surfaces import Material
 from nusselt.renderer.vectors import Floats
 
 PASSES, SAMPLES = 256, 64
@@ -41,7 +40,7 @@ FITS = (0.9, 1.15)
 PIXELS = 2000
 """Fewest penumbra pixels that show a fit."""
 LEVEL = 1e-3
-GREY = Material((0.5, 0.5, 0.5))
+MATERIAL = Material((0.5, 0.5, 0.5))
 
 
 @dataclass(frozen=True)
@@ -68,11 +67,6 @@ CASES = (
 )
 
 
-def _sheet(x: tuple[float, float], y: float, z: float) -> Mesh:
-    corners = np.array([[x[0], y, z], [x[1], y, z], [x[1], y, -z], [x[0], y, -z]]).T
-    return Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]).T, GREY)
-
-
 def contact_scene(case: Case, lift: float) -> Scene:
     """The camera looks under the blocker's edge: nearly every pixel lies in the penumbra of rays lifted so far.
 
@@ -81,9 +75,12 @@ def contact_scene(case: Case, lift: float) -> Scene:
     s, h = case.size, case.size * case.contact
     width = 0.5 * (h - lift) * s / (2 * s - h)  # of half the penumbra
     reach = 6 * h
-    light = QuadLight((-s / 2, 2 * s, -s / 2), (0, 0, s), (s, 0, 0), (5.0, 5.0, 5.0))
+    light = lamp((-s / 2, s / 2), (-s / 2, s / 2), 2 * s, (5.0, 5.0, 5.0))
     camera = Camera((5 * h, 3 * h, 0.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), math.degrees(2 * math.atan(width / 8 / h)))
-    meshes = (_sheet((-reach, reach), 0.0, reach), _sheet((-reach, 0.0), h, reach))
+    meshes = (
+        plate((-reach, reach), (-reach, reach), 0.0, MATERIAL),
+        plate((-reach, 0.0), (-reach, reach), h, MATERIAL),
+    )
     return Scene(64, 48, camera, meshes, (), (light,), name=case.name)
 
 
@@ -172,7 +169,7 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     for number, (case, colour) in enumerate((("mitsuba's rule", BLUE), ("from the surface", RED))):
         values = [outcome.rows[number]["chi_squared"] for outcome in outcomes]
         axis.plot(values, range(len(values)), "o", color=colour, label=case)
-    axis.axvspan(*FITS, color=PALE, alpha=0.3)
+    axis.axvspan(*FITS, color=GREY, alpha=0.3)
     axis.set_xscale("log")
     axis.set_yticks(range(len(outcomes)), [outcome.rows[0]["scene"] for outcome in outcomes])
     axis.set_xlabel("chi^2/n over penumbra pixels, 16,384 samples of Mitsuba's")

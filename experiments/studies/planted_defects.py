@@ -13,18 +13,19 @@ from concurrent.futures import Executor
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
 from rich import box
 from rich.table import Table
 
 from nusselt.experiments.check.check import MAX_SAMPLES, Question, appearance, our_image, reference_target, seeds
 from nusselt.experiments.check.expectations import prior_of
+from nusselt.experiments.check.rows import as_claimed, judged
 from nusselt.experiments.combine import combine_images
 from nusselt.experiments.defects.catalogue import CONTROLS, DEFECTS, Control, Planted
 from nusselt.experiments.defects.gates import pictures_differ, pixels_differ
 from nusselt.experiments.earned import PASSES
 from nusselt.experiments.inference import Level
 from nusselt.experiments.results.figures import GOLD, GREEN, RED, canvas
+from nusselt.experiments.results.schema import PICTURES, Row
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.verdict import NOTHING, Prior, Verdict, judge
 from nusselt.mitsuba_bridge.reference import Reference, render_reference
@@ -71,7 +72,7 @@ class Truths:
         return self._priors[key]
 
 
-def find(planted: Planted, truths: Truths, level: Level, seed: int, executor: Executor | None = None) -> dict[str, Any]:
+def find(planted: Planted, truths: Truths, level: Level, seed: int, executor: Executor | None = None) -> Row:
     """One row: looks at a defect until it is found."""
     started = time.perf_counter()
     scene = planted.scene()
@@ -97,14 +98,14 @@ def find(planted: Planted, truths: Truths, level: Level, seed: int, executor: Ex
     }
 
 
-def hold(control: Control, truths: Truths, level: Level, seed: int, executor: Executor | None = None) -> dict[str, Any]:
+def hold(control: Control, truths: Truths, level: Level, seed: int, executor: Executor | None = None) -> Row:
     """One row: a right renderer against another."""
     started = time.perf_counter()
     scene = control.scene()
     question = Question(margin=control.margin, seed=seed)
     prior = NOTHING
     if control.estimator is None:
-        ours = as_image(truths.reference(scene, control.margin, "again"))
+        ours = truths.reference(scene, control.margin, "again").as_image()
     else:
         ours, _, _ = our_image(scene, control.estimator, question, executor, None)
         prior = truths.prior(scene, control.estimator)
@@ -112,14 +113,14 @@ def hold(control: Control, truths: Truths, level: Level, seed: int, executor: Ex
         reference = truths.reference(scene, control.margin)
     else:
         other = dataclasses.replace(question, seed=seed + 1)
-        reference = as_reference(_truth(scene, control.against, other, executor), control.against.name)
+        truth = _truth(scene, control.against, other, executor)
+        reference = Reference.of_image(truth, f"ours, {control.against.name}", 1)
     passes = ours.pass_means.size
     verdict = judge(ours, reference, passes=passes, margin=control.margin, level=level, prior=prior)
-    claimed = {"agrees": True, "differs": False, "undecided": None}[verdict.word]
     return _row(scene, control.estimator, control.margin, verdict, ours, reference) | {
         "defect": None,
         "samples_to_detection": None,
-        "as_claimed": claimed,
+        "as_claimed": as_claimed("unbiased", verdict.word, broken=False),
         "seconds": time.perf_counter() - started,
     }
 
@@ -133,50 +134,7 @@ def _truth(scene: Scene, estimator: Any, question: Question, executor: Executor 
     return render(scene, estimator, seed=root, passes=PASSES, executor=executor, tolerance=ray_tolerance(scene))
 
 
-def as_reference(image: Image, name: str) -> Reference:
-    """Our image in the place of a reference."""
-    passes = image.pass_means.size
-    return Reference(
-        mean=image.mean,
-        standard_error=np.sqrt(image.variance / passes),
-        pixel_standard_error=np.sqrt(image.pixel_variance / passes),
-        emitter=image.emitter,
-        background=image.background,
-        holes=np.zeros_like(image.background),
-        pass_means=image.pass_means,
-        samples=passes,
-        passes=passes,
-        renderer=f"ours, {name}",
-        version="",
-        variant="",
-        llvm=None,
-        notes=(),
-        seconds={},
-    )
-
-
-def as_image(reference: Reference) -> Image:
-    """A reference in the place of our image; its first pass is not known, and is its mean."""
-    passes = reference.pass_means.size
-    return Image(
-        first=reference.mean,
-        mean=reference.mean,
-        variance=reference.standard_error**2 * passes,
-        pixel_variance=reference.pixel_standard_error**2 * passes,
-        level_mean=255 * np.clip(reference.mean, 0, 1),
-        level_variance=np.zeros_like(reference.mean),
-        emitter=reference.emitter,
-        background=reference.background,
-        unjudged=reference.emitter < 0,
-        pass_means=reference.pass_means,
-        back_faces=0,
-        left_out=(),
-    )
-
-
-def _row(
-    scene: Scene, estimator: Any, margin: float, verdict: Verdict, ours: Image, reference: Reference
-) -> dict[str, Any]:
+def _row(scene: Scene, estimator: Any, margin: float, verdict: Verdict, ours: Image, reference: Reference) -> Row:
     passes = ours.pass_means.size
     samples = estimator.samples if estimator else reference.samples
     return {
@@ -187,12 +145,7 @@ def _row(
         "passes": passes,
         "margin": margin,
         "verdict": verdict.word,
-        "reason": verdict.reason,
-        "bias_relative": verdict.bias_relative,
-        "bias_interval": verdict.bias_interval,
-        "minimum_detectable_bias": verdict.minimum_detectable_bias,
-        "variance_ratio": verdict.variance_ratio,
-        "non_finite": verdict.non_finite,
+        **{name: value for name, value in judged(verdict).items() if name not in PICTURES},
         "picture_differs": pictures_differ(ours, reference),
         "pixels_differ": pixels_differ(ours, reference, samples, passes),
         "reference": {"renderer": reference.renderer, "version": reference.version, "samples": reference.samples},

@@ -25,7 +25,7 @@ def compare(scene: Scene, samples: Sequence[int], seed: int) -> Outcome:
             found, arrays[f"{kind} {count}"] = measured(
                 scene, Area(samples=count, stratified=stratified), truth, seed + 1
             )
-            errors[kind] = found["rms"]
+            errors[kind] = found["rms_relative"]
         gain = errors["random"] / errors["stratified"]
         row = {"scene": scene.name, "estimator": "area", "samples": count, "truth": truth.name}
         row |= {"rms_random": errors["random"], "rms_stratified": errors["stratified"], "gain": gain}

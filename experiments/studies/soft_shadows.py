@@ -40,7 +40,7 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
         counts = [row["samples"] for row in outcome.rows]
         images = [(f"{n} stratified", outcome.arrays[str(n)]) for n in counts] + [(truth, outcome.arrays["truth"])]
         found[f"strip-{name}"] = strip([("", images)], f"{name}: area sampling, samples per light, one pass each")
-        lines[name] = counts, [row["rms"] for row in outcome.rows]
+        lines[name] = counts, [row["rms_relative"] for row in outcome.rows]
     title = "Area sampling, stratified: error of one pass"
     found["error"] = curves(lines, "samples per light", "relative RMS of a pixel", title)
     return found

@@ -21,6 +21,7 @@ from scipy import stats
 from nusselt.experiments.check.check import appearance, seeds
 from nusselt.experiments.inference import Bias, Bools, freedom_of, pooled_bias
 from nusselt.experiments.results.figures import curves
+from nusselt.experiments.results.work_precision import slope
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.scenes.catalogue import load
 from nusselt.mitsuba_bridge.reference import Reference, render_reference
@@ -182,12 +183,10 @@ def add_slopes(rows: Sequence[dict[str, Any]]) -> None:
     """Log RMS against log samples, over all rows of a scene and method, with its interval, on each of them."""
     for row in rows:
         line = [r for r in rows if (r["scene"], r["estimator"]) == (row["scene"], row["estimator"])]
-        points = [(math.log(r["samples"]), math.log(r["rms_relative"])) for r in line if r["rms_relative"] > 0]
+        points = [(r["samples"], r["rms_relative"]) for r in line if r["rms_relative"] > 0]
         row["slope"], row["slope_interval"] = None, None
         if len({x for x, _ in points}) >= 3 and row["variance"] > 0:
-            fit = stats.linregress(*zip(*points, strict=True))
-            reach = float(stats.t.isf(LEVEL / 2, len(points) - 2)) * fit.stderr
-            row["slope"], row["slope_interval"] = float(fit.slope), [fit.slope - reach, fit.slope + reach]
+            row["slope"], *row["slope_interval"] = slope(*zip(*points, strict=True))
 
 
 def mark_ties(rows: Sequence[dict[str, Any]]) -> None:

@@ -13,7 +13,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nusselt.experiments.results.figures import curves
-from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Row, Settings
+from nusselt.experiments.results.schema import Row
+from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.runs.measure import measured, small, truth_of
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area, Claim, ControlVariate, Estimator, VisibilityAnalytic, VisibilityCentre
@@ -77,7 +78,7 @@ def compare(scene: Scene, samples: Sequence[int], seed: int) -> Outcome:
             found, _ = measured(scene, estimator, truth, seed + count)
             row = {"scene": scene.name, "estimator": name, "stratified": True, "samples": count, "truth": truth.name}
             rows.append(row | found)
-    last = {row["estimator"]: row["rms"] for row in rows if row["samples"] == samples[-1]}
+    last = {row["estimator"]: row["rms_relative"] for row in rows if row["samples"] == samples[-1]}
     # At the most samples the mistake stands at its floor, and everything else is below it.
     right = {name: error < 0.7 * last["E mean(V)"] for name, error in last.items()}
     right["E mean(V)"] = last["E mean(V)"] > max(error for name, error in last.items() if name != "E mean(V)")

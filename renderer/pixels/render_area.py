@@ -311,23 +311,8 @@ def _assemble(
     image: Floats = mean.reshape(3, height, width)
     nothing = np.arange(regions.surfaces + 1) == regions.surfaces
     emitter, background = (_snapped(share(kind)).reshape(height, width) for kind in (palette.emitter, nothing))
-    zero = np.zeros((height, width))
-    shaded = (emitter == 0) & (background == 0)
-    average = float(image.mean(axis=0)[shaded].sum()) / max(int(shaded.sum()), 1)
-    return Image(
-        first=image,
-        mean=image,
-        variance=np.zeros_like(image),
-        pixel_variance=zero,
-        level_mean=255 * np.clip(image, 0, 1),
-        level_variance=np.zeros_like(image),
-        emitter=emitter,
-        background=background,
-        unjudged=np.zeros((height, width), dtype=bool),
-        pass_means=np.array([average]),
-        back_faces=int((_snapped(share(palette.back)) > 0).sum()),
-        left_out=left_out,
-    )
+    back_faces = int((_snapped(share(palette.back)) > 0).sum())
+    return Image.without_noise(image, emitter, background, back_faces, left_out)
 
 
 def _snapped(share: Floats) -> Floats:

@@ -22,7 +22,7 @@ from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats, dot
 
 from .faces import PLANE
-from .interpolation import Bools, fill_centres
+from .interpolation import fill_centres
 
 STRIP = 16
 """Rows that are sorted as one."""
@@ -112,7 +112,7 @@ def render_centre(
     error = math.sqrt(float((bound**2).sum()) / square) if square > 0 else 0.0
     back = int(view.back.sum())
     emitter, background = (v.reshape(height, width).astype(float) for v in (view.emitter, view.background))
-    return CentreImage(still_image(mean, emitter, background, back), error, tolerance, evaluated)
+    return CentreImage(Image.without_noise(mean, emitter, background, back), error, tolerance, evaluated)
 
 
 def planes(view: View) -> Ints:
@@ -141,23 +141,3 @@ def work_on(scene: Scene, estimator: Estimator, index: Ints, executor: Executor 
     for part, values in zip(parts, run(work, [index[part] for part in parts]), strict=True):
         out[:, part] = values
     return out
-
-
-def still_image(mean: Floats, emitter: Floats, background: Floats, back: int) -> Image:
-    """An image without noise: radiance (3, h, w), shares of emitters and background (h, w), pixels of backs."""
-    zero = np.zeros_like(emitter)
-    shaded: Bools = (emitter == 0) & (background == 0)
-    return Image(
-        first=mean,
-        mean=mean,
-        variance=np.zeros_like(mean),
-        pixel_variance=zero,
-        level_mean=255 * np.clip(mean, 0, 1),
-        level_variance=np.zeros_like(mean),
-        emitter=emitter,
-        background=background,
-        unjudged=np.zeros(emitter.shape, dtype=bool),
-        pass_means=np.array([float(mean.mean(axis=0)[shaded].sum()) / max(int(shaded.sum()), 1)]),
-        back_faces=back,
-        left_out=(),
-    )

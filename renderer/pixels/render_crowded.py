@@ -17,7 +17,7 @@ from nusselt.renderer.vectors import Floats
 
 from .first_estimates import means
 from .interpolation import fill_centres
-from .render_centre import planes, still_image, work_on
+from .render_centre import planes, work_on
 from .supersampling import around_agrees, sample_crowd, touched
 
 SHARE = 0.5
@@ -69,4 +69,5 @@ def render_crowded(
     square = float((image[:, shaded] ** 2).sum())
     error = math.sqrt((settled + left) / square) if square > 0 else 0.0
     back = int(view.back.sum())
-    return still_image(image, emitter, background, back), error, evaluated + crowd.evaluations, int(busy.size)
+    still = Image.without_noise(image, emitter, background, back)
+    return still, error, evaluated + crowd.evaluations, int(busy.size)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Sequence
 from typing import Any
 
 from nusselt.experiments.results.document import plain
-from nusselt.experiments.results.rows import Row
-
-SKIPPED = ("tiles", "tile_p")
-"""Pictures rather than figures."""
+from nusselt.experiments.results.schema import PICTURES, Row
 
 
 def flat(entry: Any, name: str = "") -> Row:
@@ -34,10 +32,13 @@ def _cell(value: Any) -> Any:
 
 def csv_table(document: dict[str, Any]) -> str:
     """A results document as CSV (RFC 4180), one header line; columns in the order in which rows first have them."""
-    rows = [flat({k: v for k, v in row.items() if k not in SKIPPED}) for row in plain(document["rows"])]
-    columns = list(dict.fromkeys(name for row in rows for name in row))
+    return csv_rows([flat({k: v for k, v in row.items() if k not in PICTURES}) for row in plain(document["rows"])])
+
+
+def csv_rows(rows: Sequence[Row]) -> str:
+    """Rows of single values as CSV; numbers in full."""
     stream = io.StringIO()
-    writer = csv.DictWriter(stream, columns, restval="")
+    writer = csv.DictWriter(stream, list(dict.fromkeys(name for row in rows for name in row)), restval="")
     writer.writeheader()
     writer.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
     return stream.getvalue()

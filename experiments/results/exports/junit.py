@@ -6,7 +6,8 @@ import re
 from typing import Any
 from xml.etree import ElementTree
 
-from nusselt.experiments.results.rows import Row, experiment_of, method, status
+from nusselt.experiments.results.rows import experiment_of, method, status
+from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.summary import counted
 from nusselt.experiments.results.work_precision import seconds_of
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from nusselt.experiments.results.rows import Row, experiment_of, method, percent, status, urgent_first
+from nusselt.experiments.results.rows import experiment_of, method, percent, status, urgent_first
+from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.summary import facts, headline
 
 LIMIT = 1 << 20

@@ -12,7 +12,8 @@ from scipy import stats
 
 from nusselt.experiments.files import read_exr
 from nusselt.experiments.results.document import plain
-from nusselt.experiments.results.rows import Row, experiment_of, figures, method, number, status, subject, title
+from nusselt.experiments.results.rows import experiment_of, figures, method, number, status, subject, title
+from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.work_precision import seconds_of
 from nusselt.renderer.errors import InputError
 
@@ -50,7 +51,7 @@ def entry(
         "name": title(row),
         "scene": scene,
         "subject": subject(row),
-        "figures": figures(row) if experiment_of(row) != "check" and not row.get("pixels") else [],
+        "figures": figures(row) if experiment_of(row) != "check" and not row.get("tiles") else [],
         "experiment": experiment_of(row),
         "method": method(row),
         "status": status(row),

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from nusselt.experiments.results.document import read_json
-from nusselt.experiments.results.rows import Row, experiment_of
+from nusselt.experiments.results.rows import experiment_of
+from nusselt.experiments.results.schema import Row
 from nusselt.renderer.errors import InputError
 
 DRAWN = (".svg", ".png")

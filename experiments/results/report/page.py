@@ -14,7 +14,8 @@ from jinja2 import Environment, PackageLoader, TemplateError
 
 from nusselt.experiments.files import replacing
 from nusselt.experiments.results.pictures import RANGE
-from nusselt.experiments.results.rows import Row, count, experiment_of, in_table, percent, urgent_first
+from nusselt.experiments.results.rows import count, experiment_of, in_table, percent, urgent_first
+from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.summary import counted, facts, headline
 from nusselt.experiments.results.work_precision import curves, races
 from nusselt.renderer.errors import InputError

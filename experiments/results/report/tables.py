@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from nusselt.experiments.results.rows import Row
+from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.work_precision import seconds_of
 
 QUIET = ("experiment", "command", "seed", "figures", "images", "left_out", "warnings")

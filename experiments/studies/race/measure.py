@@ -11,10 +11,11 @@ from typing import Any, Literal
 
 import numpy as np
 
+from nusselt.experiments.check.estimators import noise_free
 from nusselt.experiments.studies.race.times import OurLap
 from nusselt.experiments.workers import cores, worker_pool
 from nusselt.mitsuba_bridge.race import WAYS, Race, Way, run_race
-from nusselt.renderer.estimators import ESTIMATORS, CommonPointsFixed, Estimator, Exact
+from nusselt.renderer.estimators import CommonPointsFixed, Estimator, Exact
 from nusselt.renderer.image import Image, prepare, render
 from nusselt.renderer.pixels import render_area, render_centre
 from nusselt.renderer.scene import Scene
@@ -86,14 +87,9 @@ class Measured:
     evaluations: dict[str, int] = field(default_factory=dict)
 
 
-def noise_free(scene: Scene) -> Estimator | None:
-    """The first estimator that is exact for a scene and not random, else `Exact` if it is not random, else None."""
-    needs = prepare(scene).needs
-    for kind in ESTIMATORS:
-        estimator = kind()
-        if estimator.claim(needs) == "exact" and not estimator.is_random(needs):
-            return estimator
-    return None if Exact().is_random(needs) else Exact()
+def racer(scene: Scene) -> Estimator | None:
+    """The estimator without noise; `Exact` where it goes by silhouettes too; else None."""
+    return noise_free(scene) or (None if Exact().is_random(prepare(scene).needs) else Exact())
 
 
 def by_silhouettes(scene: Scene, estimator: Estimator) -> bool:

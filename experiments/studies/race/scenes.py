@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nusselt.experiments.scenes.catalogue import load
-from nusselt.renderer.lights import QuadLight
+from nusselt.experiments.scenes.shapes import lamp, plate
 from nusselt.renderer.scene import Camera, Scene
 from nusselt.renderer.surfaces import Material, Mesh
 
@@ -22,12 +22,8 @@ def race_scene(name: str, side: int) -> Scene:
 
 def bumpy_ball_scene() -> Scene:
     """A bumpy ball of about 2,200 triangles over a floor, under a square light."""
-    floor = Mesh(
-        np.array([(-2, 0, 2), (2, 0, 2), (2, 0, -2), (-2, 0, -2)], dtype=float).T,
-        np.array([[0, 1, 2], [0, 2, 3]]).T,
-        GREY,
-    )
-    light = QuadLight((-0.5, 3.0, -0.5), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (9.0, 9.0, 8.0))
+    floor = plate((-2, 2), (-2, 2), 0.0, GREY)
+    light = lamp((-0.5, 0.5), (-0.5, 0.5), 3.0, (9.0, 9.0, 8.0))
     camera = Camera((0.3, 2.4, 4.6), (0.0, 0.6, 0.0), (0.0, 1.0, 0.0), 38.0)
     return Scene(256, 256, camera, (floor, bumpy_ball(RINGS)), (), (light,), name="bumpy-ball")
 

@@ -10,9 +10,10 @@ from dataclasses import replace
 from typing import Any
 
 from nusselt.experiments.results.figures import canvas
+from nusselt.experiments.results.schema import Row
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.scenes.cameras import views
-from nusselt.experiments.studies.race.measure import Measured, Plan, Rule, by_silhouettes, measure, noise_free
+from nusselt.experiments.studies.race.measure import Measured, Plan, Rule, by_silhouettes, measure, racer
 from nusselt.experiments.studies.race.rows import EVERY, SENTENCE, TARGETS, finalists, raw, row, without_interpolation
 from nusselt.experiments.studies.race.scenes import NAMES, race_scene
 from nusselt.mitsuba_bridge.race import DEFAULT, Way
@@ -33,7 +34,6 @@ BIG = 20_000
 """Triangles beyond which pixels by area take minutes: every one shows several faces, and each is shaded."""
 NONE = "no estimator of ours is exact and without noise in this scene"
 DEAR = "not run: where pixels show several small faces each, ours by area takes minutes"
-Row = dict[str, Any]
 
 
 def run(
@@ -65,7 +65,7 @@ def run(
     measured: dict[str, list[Measured]] = {}
     for name in scenes:
         scene = race_scene(name, side or (64 if quick else 256))
-        estimator = noise_free(scene)
+        estimator = racer(scene)
         big = sum(mesh.triangles.shape[1] for mesh in scene.meshes) > BIG
         plans = plan or (QUICK if quick else PLAN_BIG if big else Plan())
         for rule in RULES:

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.experiments.runs.experiment import Outcome, Row
+from nusselt.experiments.results.schema import Row
+from nusselt.experiments.runs.experiment import Outcome
 from nusselt.experiments.studies.stability.cases import INPUTS, Case, solid_angle
 from nusselt.experiments.studies.stability.forms import conditions, evaluate
 from nusselt.experiments.studies.stability.textbook import textbook_values
