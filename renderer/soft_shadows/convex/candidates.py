@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from nusselt.renderer.geometry.arrays import Ints
+from nusselt.renderer.light_points import hull
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, column, dot
@@ -17,7 +18,7 @@ from .conics import Conics, may_meet
 from .occluders import INSIDE, TOUCHING, Occluders, occluders
 from .round_bodies import OUTSIDE, RoundBodies, round_bodies
 from .sections import Lines, Square, gathered
-from .shaft import in_shaft, reaching, shaft_planes
+from .shaft import Bounds, in_shaft, reaching, shaft_planes
 from .strips import Bodies
 
 EFFORT = 1 << 15
@@ -85,7 +86,9 @@ class Standing:
         center = np.hstack((self.flat.center[:, self.pieces], self.round.center[:, self.balls]))
         radius = np.r_[self.flat.radius[self.pieces], self.round.reach[self.balls]]
         if reached:
-            point, which = reaching(center, radius, points.position, self._square(points).cone())
+            half = np.hstack((self.flat.half[:, self.pieces], np.tile(self.round.reach[self.balls], (3, 1))))
+            light = np.abs(hull(self.light)[0]).max()
+            point, which = reaching(Bounds(center, half, radius, light), points.position, self._square(points).cone())
         else:
             point, which = np.nonzero(np.ones((points.count, radius.size), dtype=bool))
         return Pairs(point, np.r_[self.pieces, self.flat.count + self.balls][which])
