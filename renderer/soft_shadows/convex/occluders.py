@@ -18,6 +18,7 @@ from nusselt.renderer.visibility.segments import PLANE_ULPS, Blockers
 
 from .convex import Convex, Loop
 from .convex_decomposition import convex_pieces
+from .pairing import columns
 
 INSIDE, TOUCHING, BEHIND = -1, -2, -3
 """Instead of an outline's length: all is hidden; the piece's own faces hide what lies behind them; nothing is."""
@@ -117,10 +118,10 @@ class Occluders:
         on : (f, n) bool
             Faces in whose plane the point lies to rounding.
         """
-        n = self.normals[:, :, piece]
-        height = dot(n, points[:, None]) - self.offsets[:, piece]
-        size = np.abs(points).max(axis=0) + np.abs(self.center[:, piece]).max(axis=0) + self.radius[piece]
-        room = 2 * PLANE_ULPS * size + self.flatness[:, piece]
+        n = columns(self.normals, piece)
+        height = dot(n, points[:, None]) - columns(self.offsets, piece)
+        size = np.abs(points).max(axis=0) + np.abs(columns(self.center, piece)).max(axis=0) + self.radius[piece]
+        room = 2 * PLANE_ULPS * size + columns(self.flatness, piece)
         on = np.abs(height) <= room
         agrees = dot(n, normal[:, None])
         before = height > room
