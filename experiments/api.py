@@ -25,8 +25,8 @@ from .results.exports import write_exports
 from .results.notebook import results_html
 from .results.pictures import write_pictures
 from .results.report import write_report
-from .runs.workers import worker_pool
 from .scenes.catalogue import load
+from .workers import worker_pool
 
 __all__ = ["Comparison", "Results", "check", "compare", "write_report"]
 

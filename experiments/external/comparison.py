@@ -12,8 +12,8 @@ import numpy as np
 
 from nusselt.experiments.check.check import Progress, Question
 from nusselt.experiments.check.references import KeptReferences
-from nusselt.experiments.files import to_levels
 from nusselt.experiments.images.formats import Raw
+from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.images.transfer import RULES, Quantiser, Rule
 from nusselt.experiments.inference import Level
 from nusselt.experiments.verdict import Verdict, judge

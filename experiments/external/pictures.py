@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from nusselt.experiments.files import replacing, write_image
+from nusselt.experiments.files import replacing
+from nusselt.experiments.images.write import write_image
 from nusselt.experiments.results.pictures import colour_difference
 from nusselt.experiments.verdict import standard_errors
 
