@@ -17,7 +17,6 @@ from nusselt.renderer.scene import Scene
 from .check.check import Answer, Question, References
 from .check.check import check as check_one
 from .files import folder_name
-from .inference import Level
 from .results.compare import Comparison, compare
 from .results.document import document, write_json
 from .results.exports import write_exports
@@ -26,6 +25,7 @@ from .results.pictures import write_pictures
 from .results.report import write_report
 from .runs.workers import worker_pool
 from .scenes.catalogue import load
+from .verdict.level import Level
 
 __all__ = ["Comparison", "Results", "check", "compare", "write_report"]
 

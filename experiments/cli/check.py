@@ -14,13 +14,13 @@ from nusselt.experiments.check.check import Question, References, check, with_pi
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.check.sequential import check_until
 from nusselt.experiments.files import folder_name
-from nusselt.experiments.inference import Level
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.pictures import write_pictures
 from nusselt.experiments.results.tables import console, left_out_table, verdict_table
 from nusselt.experiments.runs.workers import worker_pool
 from nusselt.experiments.scenes.catalogue import Asked, load
+from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 

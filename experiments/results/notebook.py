@@ -54,7 +54,7 @@ def _picture(levels: np.ndarray[Any, Any], words: str) -> Markup:
 
 def answer_html(answer: Answer) -> str:
     """A row's verdict and reason over ours, the reference and their difference in standard errors."""
-    from nusselt.experiments.verdict import standard_errors
+    from nusselt.experiments.verdict.judge import standard_errors
 
     from .pictures import RANGE, colour_difference
 

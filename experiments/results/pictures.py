@@ -9,7 +9,7 @@ import numpy as np
 
 from nusselt.experiments.check.check import Answer
 from nusselt.experiments.files import replacing, to_levels, write_image
-from nusselt.experiments.verdict import standard_errors
+from nusselt.experiments.verdict.judge import standard_errors
 
 RANGE = 4.0
 """The difference is shown from -4 to +4 standard errors in every picture, so that
