@@ -94,7 +94,7 @@ def simulated(ours: Floats, theirs: Floats, others: Floats | None, margin: float
     """
     mine, their = Side.of_passes("ours", ours, shares_points), Side.of_passes("the reference", theirs, True)
     nothing = np.zeros(mine.grey_variance.shape)
-    side = math.isqrt(nothing.shape[1])
+    side = math.isqrt(mine.mean.shape[2])
     return Evidence(
         mine,
         their,

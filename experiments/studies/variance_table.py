@@ -161,7 +161,7 @@ def bias_of(found: Measured, truth: Floats, reference_passes: Floats) -> Bias:
 
 def _holds(claim: str, bias: Bias) -> bool:
     """Whether no bias is seen, at 1e-6, where none is claimed; the verdict on a margin is the main job's."""
-    return claim in ("biased", "consistent") or abs(bias.value) <= bias.half_width(1e-6)
+    return claim in ("biased", "consistent") or bool(np.abs(bias.value) <= bias.half_width(1e-6))
 
 
 def variance_interval(found: Measured) -> tuple[float, float]:

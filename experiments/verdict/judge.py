@@ -135,7 +135,7 @@ def _of_row(values: Any) -> Any:
     return row.item() if row.ndim == 0 else tuple(row.tolist()) if row.ndim == 1 else row
 
 
-def _errors(ours: Image, reference: Reference, judged: Bools, scale: float) -> dict[str, float]:
+def _errors(ours: Image, reference: Reference, judged: Bools, scale: float) -> dict[str, Any]:
     """RMS error of the first pass."""
     square = (ours.first - reference.mean).mean(axis=0)[judged] ** 2
     rms = math.sqrt(float(square.mean())) if judged.any() else 0.0

@@ -28,10 +28,9 @@ class Channels:
     def __call__(self, evidence: Evidence, level: float) -> Finding:
         step = average(evidence.ours.mean - evidence.reference.mean)
         bias = np.abs(step - step.mean(axis=1, keepdims=True))
-        (error, freedom), (grey_error, grey_freedom) = (
-            _error_of_mean(getattr(evidence.ours, name), getattr(evidence.reference, name), evidence)
-            for name in ("variance", "grey_variance")
-        )
+        ours, reference = evidence.ours, evidence.reference
+        error, freedom = _error_of_mean(ours.variance, reference.variance, evidence)
+        grey_error, grey_freedom = _error_of_mean(ours.grey_variance, reference.grey_variance, evidence)
         freedom = np.minimum(freedom.min(axis=1), grey_freedom)
         quantile = stats.t.isf(level / 2 / bias.shape[1], freedom)[:, None]
         margin = (TILE_MARGIN * evidence.margin + ROUNDING) * evidence.scale[:, None]
