@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import csv
-import inspect
 import json
 import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -155,13 +155,18 @@ def test_scenes_an_experiment_cannot_use_are_refused():
 def test_every_experiment_is_declared_once_and_is_a_script():
     names = [experiment.name for experiment in suite.EXPERIMENTS]
     assert len(set(names)) == len(names)
+    scripts = []
+    for path in Path(suite.__file__).parent.rglob("*.py"):
+        called = re.search(r"^    script\((\w+)\)$", path.read_text(), re.MULTILINE)
+        if called:
+            name = ".".join(
+                ("nusselt.experiments.studies", *path.relative_to(Path(suite.__file__).parent).with_suffix("").parts)
+            )
+            scripts.append(getattr(import_module(name), called[1]))
     _, said, _ = run("list")
     for experiment in suite.EXPERIMENTS:
         assert f"  {experiment.name} " in said
-        module = sys.modules[experiment.jobs.__module__]
-        called = re.search(r"^    script\((\w+)\)$", inspect.getsource(module), re.MULTILINE)
-        assert called
-        assert getattr(module, called[1]) is experiment
+        assert experiment in scripts
         jobs = experiment.jobs(Settings(quick=True))
         assert jobs
         assert len({key(job) for job in jobs}) == len(jobs)
