@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from nusselt.experiments.cli import run as run_file
 from nusselt.experiments.cli.main import main
 from nusselt.experiments.results.figures import curves
 from nusselt.experiments.runs import run as command
@@ -49,10 +50,6 @@ def drawn(outcomes):
 
 def tiny(numbers=(1, 2, 3)) -> Experiment:
     return Experiment("tiny", "squares", squares(numbers), drawn)
-
-
-def no_bar(title):
-    return nullcontext(lambda stage, done, total: None)
 
 
 def run(*arguments: object) -> tuple[int, str, str]:
@@ -121,13 +118,13 @@ def without_workers(monkeypatch):
 
 def test_no_row_is_a_failure(without_workers):
     nothing = Experiment("nothing", "no row", lambda settings: [], lambda outcomes: {})
-    assert run_experiments([nothing], Request(Settings()), no_bar) == 1
-    assert run_experiments([tiny()], Request(Settings()), no_bar) == 0
-    assert run_experiments([tiny(), nothing], Request(Settings()), no_bar) == 1
+    assert run_experiments([nothing], Request(Settings())) == 1
+    assert run_experiments([tiny()], Request(Settings())) == 0
+    assert run_experiments([tiny(), nothing], Request(Settings())) == 1
 
 
 def test_results_go_to_standard_output(monkeypatch, without_workers):
-    monkeypatch.setattr(suite, "EXPERIMENTS", (tiny(),))
+    monkeypatch.setattr(run_file, "EXPERIMENTS", (tiny(),))
     status, said, told = run("run", "tiny", "--json", "-", "--seed", 3)
     results = json.loads(said)
     assert status == 0
