@@ -18,15 +18,15 @@ from .check.check import check as check_one
 from .cli.check import command as check_command
 from .cli.rerun import shell_command
 from .files import folder_name
-from .inference import Level
 from .results.compare import Comparison, compare
 from .results.document import document, write_json
 from .results.exports import write_exports
 from .results.notebook import results_html
 from .results.pictures import write_pictures
 from .results.report import write_report
-from .workers import worker_pool
 from .scenes.catalogue import load
+from .verdict.level import Level
+from .workers import worker_pool
 
 __all__ = ["Comparison", "Results", "check", "compare", "write_report"]
 

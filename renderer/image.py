@@ -328,8 +328,8 @@ def render(
     Image
     """
     job = Job(scene, estimator, seed, passes, everything, tolerance, offset)
-    common = getattr(estimator, "common", False)  # one light point at a time: a tile's memory does not grow with them
-    parts = tiles(scene, 1 if common else estimator.samples)
+    shared = estimator.shares_points  # one light point at a time: a tile's memory does not grow with them
+    parts = tiles(scene, 1 if shared else estimator.samples)
     needs = _opened(job).needs
     arrays: dict[str, Any] = {}
     pass_sums: dict[int, Floats] = {}
@@ -355,7 +355,7 @@ def render(
         pass_means=sums.sum(axis=0) / max(shaded.sum(), 1),
         back_faces=back,
         left_out=needs.left_out,
-        clumping=_clumping(sums, arrays["pixel_variance"][shaded]) if common else 1.0,
+        clumping=_clumping(sums, arrays["pixel_variance"][shaded]) if shared else 1.0,
         routes=dict(sorted(routes.items())),
         bound=bound if isinstance(estimator, Bounded) else None,
     )

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from nusselt.experiments.check.references import Cache, read_reference, write_reference
 from nusselt.experiments.cli.main import main
 from nusselt.experiments.external.program import Program, ProgramFailed, Renderer
-from nusselt.experiments.files import write_image
+from nusselt.experiments.images.write import write_image
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Analytic, Area

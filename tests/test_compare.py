@@ -15,9 +15,9 @@ from test_cli import run
 
 from nusselt.experiments.check import check as check_module
 from nusselt.experiments.check.check import Question, References, check
-from nusselt.experiments.inference import error_of_mean
 from nusselt.experiments.results.compare import compare_rows, holm
 from nusselt.experiments.results.document import document, write_json
+from nusselt.experiments.verdict.intervals import error_of_mean
 from nusselt.renderer.estimators import Area
 
 FALSE_ALARM = 1e-6

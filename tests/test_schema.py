@@ -70,7 +70,7 @@ def test_files_of_before_are_read_and_those_to_come_are_not(schema, tmp_path):
     if schema in READABLE:
         assert read_json(path)["rows"] == [row("a")]
         return
-    with pytest.raises(InputError, match="schema = .*: expected a results.json of schema 1 or 2"):
+    with pytest.raises(InputError, match=r"schema = .*: expected a results\.json of schema 1 or 2"):
         read_json(path)
 
 

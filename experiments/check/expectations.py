@@ -1,4 +1,5 @@
-"""What a row is held to besides its mean: Mitsuba's own variance, and where its ray offset is known to be wrong."""
+"""What is known of a row before its data: whether pixels share their light points, Mitsuba's own variance for the
+same strategy, and where its ray offset is known to be wrong."""
 
 from __future__ import annotations
 
@@ -7,8 +8,7 @@ from concurrent.futures import Executor
 
 import numpy as np
 
-from nusselt.experiments.inference import TILES, tile_numbers
-from nusselt.experiments.verdict import Prior
+from nusselt.experiments.verdict.evidence import TILES, Expectations, tile_numbers
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import ReferenceUnavailable
 from nusselt.mitsuba_bridge.variance import Setting, measure_spread
@@ -102,18 +102,19 @@ def tile_offset(scene: Scene, seed: int, executor: Executor | None = None) -> Fl
 Offsets = dict[tuple[str, int], Floats | None]
 
 
-def prior_of(
+def expectations_of(
     scene: Scene,
     estimator: Estimator,
     seed: int,
     timeout: float,
     executor: Executor | None,
     kept: Offsets | None = None,
-) -> Prior:
+) -> Expectations:
     """All of it, with seeds of its own; the offsets of scenes already seen are ``kept``."""
     first, second = (int(state) for state in np.random.SeedSequence([seed, 0x9E3779B9]).generate_state(2))
     kept = {} if kept is None else kept
     key = (appearance(scene).digest(), second)
     if key not in kept:
         kept[key] = tile_offset(scene, second, executor)
-    return Prior(variance=mitsuba_variance(scene, estimator, first, timeout), tile_offset=kept[key])
+    variance = mitsuba_variance(scene, estimator, first, timeout)
+    return Expectations(estimator.shares_points, variance, kept[key])

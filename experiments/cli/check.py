@@ -17,7 +17,6 @@ from nusselt.experiments.check.check import Question, References, check, with_pi
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.check.sequential import check_until
 from nusselt.experiments.files import folder_name
-from nusselt.experiments.inference import Level
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.pictures import write_pictures
@@ -26,6 +25,7 @@ from nusselt.experiments.scenes import catalogue
 from nusselt.experiments.scenes.catalogue import Asked, load
 from nusselt.experiments.terminal.options import cluster_option, export_options, sampling_options
 from nusselt.experiments.terminal.progress import progress_bar
+from nusselt.experiments.verdict.level import Level
 from nusselt.experiments.workers import worker_pool
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene

@@ -12,7 +12,7 @@ from nusselt.experiments.check.bounds import bound_note
 from nusselt.experiments.check.check import chosen_estimator, draw_area, with_pixel_rule
 from nusselt.experiments.check.negative import negative_note
 from nusselt.experiments.check.rows import notes
-from nusselt.experiments.files import check_image_name, write_image
+from nusselt.experiments.images.write import check_image_name, write_image
 from nusselt.experiments.scenes.catalogue import load
 from nusselt.experiments.terminal.options import cluster_option, sampling_options
 from nusselt.experiments.terminal.progress import progress_bar

@@ -61,6 +61,7 @@ class Altered:
     finish: Callable[[Source, Floats], Floats] = lambda source, radiance: radiance
     name: ClassVar[str] = "area"
     summary: ClassVar[str] = "area sampling with a planted defect"
+    shares_points: ClassVar[bool] = False
 
     def claim(self, needs: Needs) -> Claim:
         return "unbiased" if needs.random else "exact"

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from nusselt.experiments.course import SURE
-from nusselt.experiments.files import to_levels
+from nusselt.experiments.images.formats.png import to_levels
+from nusselt.experiments.verdict.course import SURE
 from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import prepare, render
 from nusselt.renderer.scene import Scene

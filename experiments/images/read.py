@@ -10,9 +10,11 @@ from nusselt.experiments.scenes import catalogue
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
-from .formats import READERS, Raw
+from .formats import FORMATS, Raw
 from .formats.raw import check_bytes, refuse
 from .transfer import RULES, Quantiser, Rule, Transfer
+
+READERS = {kind.suffix: kind.read for kind in FORMATS}
 
 
 def is_image(name: str) -> bool:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from nusselt.experiments.inference import Bias, welch
+from nusselt.experiments.verdict.intervals import Bias, welch
 from nusselt.renderer.errors import InputError
 
 from .document import EXIT, read_json
@@ -156,7 +156,8 @@ def moved(figure: Figure, before: Row, after: Row) -> tuple[Bias, float] | None:
     if old is None or new is None or errors[0] is None or errors[1] is None:
         return None
     freedoms = [number(row.get(f"{figure.name}_freedom")) or 1e9 for row in (before, after)]
-    step = welch(new - old, *((error**2, f) for error, f in zip(errors, freedoms, strict=True) if error is not None))
+    sides = zip(np.array(errors, dtype=float) ** 2, np.array(freedoms), strict=True)
+    step = welch(np.asarray(new - old), *sides)
     if step.standard_error == 0:
         return step, 1.0 if math.isclose(old, new, rel_tol=1e-6, abs_tol=1e-300) else 0.0
     return step, float(2 * stats.t.sf(abs(step.value) / step.standard_error, step.freedom))
@@ -206,7 +207,7 @@ def compare_rows(baseline: list[Row], results: list[Row], alpha: float = 1e-3) -
             if found:
                 (step, p), before, after = found, old[key][figure.name], new[key][figure.name]
                 change = Change(name, figure.words, before, after, figure.worse(before, after), p)
-                noisy.append((change, step.standard_error))
+                noisy.append((change, float(step.standard_error)))
     named = holm([change.p or 0.0 for change, _ in noisy], alpha)
     return Comparison(
         changes=(*exact, *(change for (change, _), is_named in zip(noisy, named, strict=True) if is_named)),

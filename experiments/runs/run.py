@@ -12,7 +12,6 @@ from typing import Any
 from rich.table import Table
 
 from nusselt.experiments.files import replacing
-from nusselt.experiments.inference import Level
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.exports.csv_table import csv_rows
@@ -21,6 +20,7 @@ from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.study_tables import single, table
 from nusselt.experiments.results.tables import console, verdict_table
 from nusselt.experiments.terminal.progress import progress_bar
+from nusselt.experiments.verdict.level import Level
 from nusselt.experiments.workers import worker_pool
 from nusselt.renderer.errors import InputError
 

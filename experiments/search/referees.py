@@ -164,8 +164,11 @@ def ask(
         if isinstance(light, QuadLight):
             diffuse, glossy = REFEREES[name](geometry, points, light, samples, rng)
             colour = column(light.radiance)
-            mean += colour * (points.diffuse * diffuse.mean + points.specular * glossy.mean)
-            width += colour * (points.diffuse * diffuse.width + points.specular * glossy.width)
+            for albedo, part in ((points.diffuse, diffuse), (points.specular, glossy)):
+                share = colour * albedo
+                mean += share * part.mean
+                # A width is infinite where nothing is known: of what reflects nothing, all is.
+                width += share * np.where(share > 0, part.width, 0.0)
             means += 2 * points.count
         elif isinstance(light, PointLight | DirectionalLight):
             mean += _sharp(geometry, points, light)

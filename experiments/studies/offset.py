@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 from nusselt.experiments.check.check import seeds
-from nusselt.experiments.inference import Bools, pooled_bias
 from nusselt.experiments.results.figures import BLUE, GREY, RED, canvas
 from nusselt.experiments.results.study_tables import table
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.scenes.shapes import lamp, plate
+from nusselt.experiments.verdict.intervals import Bools, pooled_bias
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, render_reference
 from nusselt.renderer.estimators import Area

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.experiments.files import to_levels
+from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.scenes import catalogue
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators import Area

@@ -38,6 +38,7 @@ class MeanVisibility:
     stratified: bool = True
     name: ClassVar[str] = "E mean(V)"
     summary: ClassVar[str] = "the whole light's closed form times its mean visibility: biased"
+    shares_points: ClassVar[bool] = False
 
     def claim(self, needs: Needs) -> Claim:
         return "biased"

@@ -30,6 +30,7 @@ class Analytic:
     stratified: bool = False
     name: ClassVar[str] = "analytic"
     summary: ClassVar[str] = "closed form per light, diffuse and glossy, no visibility: exact where nothing blocks"
+    shares_points: ClassVar[bool] = False
 
     def claim(self, needs: Needs) -> Claim:
         return "biased" if needs.visibility else "exact"

@@ -29,6 +29,7 @@ class Area:
     stratified: bool = False
     name: ClassVar[str] = "area"
     summary: ClassVar[str] = "Monte Carlo over the light, random or stratified, with shadow rays"
+    shares_points: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         if self.samples < 1:

@@ -31,6 +31,7 @@ class AreaLattice:
     stratified: bool = False
     name: ClassVar[str] = "area-lattice"
     summary: ClassVar[str] = "Monte Carlo over the light on a randomly shifted lattice, with shadow rays"
+    shares_points: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         if self.samples < 1:

@@ -83,7 +83,7 @@ class CommonPoints:
     stratified: bool = True
     name: ClassVar[str] = "common-points"
     summary: ClassVar[str] = "closed form minus what a shifted lattice, common to all pixels, finds hidden"
-    common: ClassVar[bool] = True
+    shares_points: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _refuse(self.samples)
@@ -111,7 +111,7 @@ class CommonPointsFixed:
     stratified: bool = True
     name: ClassVar[str] = "common-points-fixed"
     summary: ClassVar[str] = "the same with a lattice that stays in place: no noise, and an error that shrinks"
-    common: ClassVar[bool] = True
+    shares_points: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _refuse(self.samples)

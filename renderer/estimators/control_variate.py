@@ -28,6 +28,7 @@ class ControlVariate:
     stratified: bool = False
     name: ClassVar[str] = "control-variate"
     summary: ClassVar[str] = "closed form minus what a Monte Carlo estimate finds hidden: unbiased, exact where lit"
+    shares_points: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         if self.stratified:

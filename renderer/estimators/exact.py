@@ -50,6 +50,7 @@ class Exact:
     shortcuts: bool = True
     name: ClassVar[str] = "exact"
     summary: ClassVar[str] = "boundary integrals over the visible contour: soft shadows without noise"
+    shares_points: ClassVar[bool] = False
 
     def claim(self, needs: Needs) -> Claim:
         if self.is_random(needs):

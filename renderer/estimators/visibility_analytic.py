@@ -35,6 +35,7 @@ class VisibilityAnalytic:
     stratified: bool = True
     name: ClassVar[str] = "visibility-analytic"
     summary: ClassVar[str] = "random visibility, all else in closed form per stratum: exact where nothing blocks"
+    shares_points: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         square_number(self.samples)

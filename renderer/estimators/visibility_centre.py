@@ -28,6 +28,7 @@ class VisibilityCentre:
     stratified: bool = True
     name: ClassVar[str] = "visibility-centre"
     summary: ClassVar[str] = "random visibility, all else at the centre of each stratum: no noise where nothing blocks"
+    shares_points: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         square_number(self.samples)

@@ -51,8 +51,8 @@ class Footprints:
     radius: Floats
 
 
-def footprints(regions: Regions, x: Floats, y: Floats, region: Ints) -> Footprints:
-    """Footprints of a pixel's size around image points (n,) of given regions' surfaces, no larger than those."""
+def footprints(regions: Regions, x: Floats, y: Floats, region: Ints, size: float = 1.0) -> Footprints:
+    """Footprints ``size`` pixels wide around image points (n,) of given regions' surfaces, no larger than those."""
     points, lens, surface = regions.points(x, y, region), regions.lens, region % regions.surfaces
     d, to = lens.directions(x, y), points.position - lens.origin
     away, down = np.sqrt(dot(to, to) / dot(d, d)), dot(d, points.normal)
@@ -60,7 +60,7 @@ def footprints(regions: Regions, x: Floats, y: Floats, region: Ints) -> Footprin
     for step in (2 * lens.right / lens.width, 2 * lens.up / lens.height):
         side = away * (step - d * (dot(step, points.normal) / np.where(down == 0, 1.0, down)))  # on its plane
         square += dot(side, side)
-    return Footprints(points.position, points.normal, np.minimum(np.sqrt(square) / 2, _sizes(regions)[surface]))
+    return Footprints(points.position, points.normal, np.minimum(size * np.sqrt(square) / 2, _sizes(regions)[surface]))
 
 
 def _sizes(regions: Regions) -> Floats:
@@ -74,14 +74,16 @@ def _sizes(regions: Regions) -> Floats:
     return np.concatenate((np.sqrt(dot(high - low, high - low)) / 2, np.sqrt((g.axes**2).sum(axis=(1, 2)))))
 
 
-def doubtful(regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats, region: Ints) -> NDArray[np.bool_]:
-    """At which image points (n,) of given regions a shadow may be too small for the values around it to tell of it."""
+def doubtful(
+    regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats, region: Ints, size: float = 1.0
+) -> NDArray[np.bool_]:
+    """At which image points (n,) of given regions a shadow may fit in a footprint ``size`` pixels wide."""
     found, g = np.zeros(x.size, dtype=bool), regions.geometry
     blocked = [source.light for source in sources if not source.blockers.none]
     if not blocked or x.size == 0:
         return found
-    order = np.lexsort((region, x // 4, y // 4))
-    parts = footprints(regions, x[order], y[order], region[order])
+    order = np.lexsort((region, x // (4 * size), y // (4 * size)))
+    parts = footprints(regions, x[order], y[order], region[order], size)
     straight = [(regions.faces.start, regions.faces.end), crossings(g)]
     for light in blocked:
         edges = straight + [_terminator(g, index, light) for index in range(g.ellipsoids)]

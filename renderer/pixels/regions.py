@@ -91,15 +91,14 @@ class Regions:
     def seen(self, x: Floats, y: Floats) -> Ints:
         """Regions (n,) at image points (n,); NOTHING where there is none."""
         d = self.lens.directions(x, y)
-        near, triangle = self._nearest_triangles(x, y, d)
+        distance, triangle = self._nearest_triangles(x, y, d)
         surface = np.where(triangle >= 0, self.faces.of_triangle[triangle] if self.faces.count else -1, NOTHING)
         for index in range(self.geometry.ellipsoids):
             t = ellipsoid_distance(self.geometry, index, self.lens.origin, d)
-            nearness = 1 / t  # 0 where it is missed
-            nearer = nearness > near
-            near = np.where(nearer, nearness, near)
+            nearer = t < distance  # the very comparison of `primary.first_hits`: of what ties the triangle is seen
+            distance = np.where(nearer, t, distance)
             surface[nearer] = self.faces.count + index
-        return self._sided(surface, d, near)
+        return self._sided(surface, d, distance)
 
     @cached_property
     def _boxes(self) -> ImageBoxes:
@@ -109,7 +108,7 @@ class Regions:
     def _nearest_triangles(self, x: Floats, y: Floats, d: Floats) -> tuple[Floats, Ints]:
         if self.geometry.triangles > BIG:
             distance, triangle, _ = self._boxes.nearest(d)
-            return 1 / distance, triangle
+            return distance, triangle
         level = 1 if self.geometry.triangles < MANY else len(BLOCKS) - 1
         size = BLOCKS[level]
         across = -(-self.lens.width // size)
@@ -123,13 +122,13 @@ class Regions:
             here = order[first:last]
             chosen = self._candidates(level, *divmod(int(block[here[0]]), across))
             near[here], triangle[here] = self.pencil.nearest(d[:, here], chosen)
-        return near, triangle
+        return np.divide(1, near, out=np.full(x.size, np.inf), where=near > 0), triangle
 
-    def _sided(self, surface: Ints, d: Floats, near: Floats) -> Ints:
+    def _sided(self, surface: Ints, d: Floats, distance: Floats) -> Ints:
         region = surface.copy()
         for row, (normal, point) in enumerate(self.planes):
             mine = np.flatnonzero((surface >= 0) & self._creased[row, surface])
-            height = dot(normal, self.lens.origin - point) + dot(normal, d[:, mine]) / near[mine]
+            height = dot(normal, self.lens.origin - point) + dot(normal, d[:, mine]) * distance[mine]
             region[mine] += self.surfaces * ((height > 0).astype(np.int64) << row)
         return region
 

@@ -17,6 +17,8 @@ from nusselt.renderer.closed_forms import double_double as dd
 from nusselt.renderer.geometry.arrays import Ints
 from nusselt.renderer.vectors import Floats, cross, dot, frame
 
+from .pairing import columns
+
 TINY = 1e-300
 ALL, NONE = 4.0, -1.0
 """Half widths of an arc that is the whole circle, and of none: not pi and 0, which rounding would blur."""
@@ -47,7 +49,7 @@ class Rounds:
 
     def take(self, index: Ints) -> Rounds:
         """Some of the pairs."""
-        e1, e2, e3 = (v[:, index] for v in (self.e1, self.e2, self.e3))
+        e1, e2, e3 = (columns(v, index) for v in (self.e1, self.e2, self.e3))
         return Rounds(self.point[index], e1, e2, e3, self.k1[index], self.k3[index], self.rho[index], self.right)
 
     def on(self, planes: Floats) -> tuple[Floats, Floats, Floats]:
@@ -84,7 +86,7 @@ def wrapped(phi: Floats) -> Floats:
 
 def spheres(points: Floats, point: Ints, center: Floats, radius: Floats) -> Rounds:
     """Cones of spheres, center (3, q) and radius (q,), about the points numbered (q,), all outside them."""
-    v = center - points[:, point]
+    v = center - columns(points, point)
     square = dot(v, v)
     distance = np.sqrt(square)
     e3 = v / distance
@@ -101,7 +103,7 @@ def spheres(points: Floats, point: Ints, center: Floats, radius: Floats) -> Roun
 
 def ellipsoids(points: Floats, point: Ints, center: Floats, inverse: Floats) -> Rounds:
     """Cones of ellipsoids, center (3, q) and T (q, 3, 3), about the points numbered (q,), all outside them."""
-    v = center - points[:, point]
+    v = center - columns(points, point)
     p = np.einsum("qij,jq->iq", inverse, v)
     g = np.einsum("qji,jq->iq", inverse, p)
     metric = np.einsum("qki,qkj->qij", inverse, inverse)

@@ -20,6 +20,7 @@ from nusselt.renderer.vectors import Floats, dot, frame
 
 from .circle_cones import ALL, NONE, arc, wrapped
 from .circles import CircleArcs
+from .pairing import columns
 from .panel_rules import NODES, WEIGHTS, gauss, root
 
 HALVINGS, MANY = 40, 50
@@ -78,7 +79,7 @@ class _Curves:
         return cls(t, x, y, n_turn, w_turn, square, least, rho, size, half, flat, inside, w_n, s), middle
 
     def take(self, index: Ints) -> _Curves:
-        return _Curves(*(getattr(self, f.name)[..., index] for f in fields(self)))
+        return _Curves(*(columns(getattr(self, f.name), index) for f in fields(self)))
 
     def speed(self, x: Floats, width: Floats) -> Floats:
         """The largest angle per angle of phi within x +- width."""

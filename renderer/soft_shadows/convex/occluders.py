@@ -18,6 +18,7 @@ from nusselt.renderer.visibility.segments import PLANE_ULPS, Blockers
 
 from .convex import Convex, Loop
 from .convex_decomposition import convex_pieces
+from .pairing import columns
 
 INSIDE, TOUCHING, BEHIND = -1, -2, -3
 """Instead of an outline's length: all is hidden; the piece's own faces hide what lies behind them; nothing is."""
@@ -70,9 +71,10 @@ class Occluders:
     ----------
     vertices : (3, v) float64
         Of all pieces.
-    center : (3, m) float64
+    center, half : (3, m) float64
+        Middles and half sides of boxes that hold them.
     radius : (m,) float64
-        Balls that hold them.
+        Of balls about the same middles.
     normals : (3, f, m) float64
     offsets, flatness : (f, m) float64
         Face planes; infinitely far where a piece has fewer faces. How far a face's vertices lie from its plane.
@@ -83,6 +85,7 @@ class Occluders:
 
     vertices: Floats
     center: Floats
+    half: Floats
     radius: Floats
     normals: Floats
     offsets: Floats
@@ -115,10 +118,10 @@ class Occluders:
         on : (f, n) bool
             Faces in whose plane the point lies to rounding.
         """
-        n = self.normals[:, :, piece]
-        height = dot(n, points[:, None]) - self.offsets[:, piece]
-        size = np.abs(points).max(axis=0) + np.abs(self.center[:, piece]).max(axis=0) + self.radius[piece]
-        room = 2 * PLANE_ULPS * size + self.flatness[:, piece]
+        n = columns(self.normals, piece)
+        height = dot(n, points[:, None]) - columns(self.offsets, piece)
+        size = np.abs(points).max(axis=0) + np.abs(columns(self.center, piece)).max(axis=0) + self.radius[piece]
+        room = 2 * PLANE_ULPS * size + columns(self.flatness, piece)
         on = np.abs(height) <= room
         agrees = dot(n, normal[:, None])
         before = height > room
@@ -151,19 +154,20 @@ def occluders(geometry: Geometry, light: Light) -> Occluders:
     faces = max((len(piece.faces) for piece in pieces), default=1)
     m = len(pieces)
     normals, offsets, flatness = np.zeros((3, faces, m)), np.full((faces, m), np.inf), np.zeros((faces, m))
-    center, radius = np.zeros((3, m)), np.zeros(m)
+    center, half, radius = np.zeros((3, m)), np.zeros((3, m)), np.zeros(m)
     for k, piece in enumerate(pieces):
         normals[:, : len(piece.faces), k], offsets[: len(piece.faces), k] = piece.planes()
         flatness[: len(piece.faces), k] = piece.flatness()
         center[:, k] = (piece.vertices.min(axis=1) + piece.vertices.max(axis=1)) / 2
         arm = piece.vertices - center[:, [k]]
-        radius[k] = np.sqrt(dot(arm, arm).max())
+        half[:, k], radius[k] = np.abs(arm).max(axis=1), np.sqrt(dot(arm, arm).max())
     counts = np.array([len(piece.triangles) for piece in pieces], dtype=np.int64)
     sizes = np.array([piece.vertices.shape[1] for piece in pieces], dtype=np.int64)
     first_vertex = np.cumsum(sizes) - sizes
     return Occluders(
         vertices=np.hstack([np.empty((3, 0)), *(piece.vertices for piece in pieces)]),
         center=center,
+        half=half,
         radius=radius,
         normals=normals,
         offsets=offsets,

@@ -29,6 +29,7 @@ from nusselt.renderer.vectors import Floats, column, dot
 
 from .candidates import Standing, portions
 from .integrals import Integral, displaced, over_arcs, over_nodes, small_lights
+from .pairing import columns
 from .rims import rims
 from .strips import Bodies, Trapezoids, trapezoids
 
@@ -134,9 +135,10 @@ class QuadShadows:
                 return index, np.empty(0, dtype=np.int64)
         pairs = standing.pairs(points, self.shortcuts)
         awkward = standing.awkward(points, pairs)
-        work = np.unique(pairs.point) if self.shortcuts else np.arange(index.size)
+        bodies_before = np.bincount(pairs.point, minlength=index.size)
+        work = np.flatnonzero(bodies_before) if self.shortcuts else np.arange(index.size)
         free, left = np.ones(index.size, dtype=bool), np.zeros(index.size, dtype=bool)
-        crowded = np.flatnonzero(np.bincount(pairs.point, minlength=index.size) > self.most)
+        crowded = np.flatnonzero(bodies_before > self.most)
         free[work] = False
         left[awkward], left[crowded] = True, True
         for some, portion in portions(work[~left[work]], pairs.point):
@@ -164,7 +166,7 @@ class QuadShadows:
         bent = np.zeros(points.count, dtype=bool)
         for group in bodies.rounds:
             bent[group.point] = True
-        few, kd, ks = points.take(rest), points.diffuse[:, rest], points.specular[:, rest]
+        few, kd, ks = points.take(rest), columns(points.diffuse, rest), columns(points.specular, rest)
         lambert = _integral(points, bodies, parts, small & ~bent, lobe=False).take(rest)
         value, error = kd * lambert.value, kd * lambert.error
         if self.source.glossy and points.is_glossy:

@@ -15,6 +15,7 @@ from nusselt.renderer.visibility.segments import PLANE_ULPS
 
 from .circle_cones import Rounds, ellipsoids, spheres
 from .occluders import ALONG, BEHIND, INSIDE, TOUCHING
+from .pairing import columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,10 +59,10 @@ class RoundBodies:
         outward : (3, q) float64
         """
         inverse = self.inverse[body]
-        local = np.einsum("qij,jq->iq", inverse, points - self.center[:, body])
+        local = np.einsum("qij,jq->iq", inverse, points - columns(self.center, body))
         outward = unit(np.einsum("qji,jq->iq", inverse, local))
         square = dot(local, local)
-        coordinates = np.abs(points).max(axis=0) + np.abs(self.center[:, body]).max(axis=0)
+        coordinates = np.abs(points).max(axis=0) + np.abs(columns(self.center, body)).max(axis=0)
         room = 4 * PLANE_ULPS * (1 + coordinates * np.abs(inverse).sum(axis=2).max(axis=1))
         on = own | (np.abs(square - 1) <= room)
         agrees = dot(outward, normal)
@@ -78,9 +79,9 @@ class RoundBodies:
             if mine.size:
                 b = body[mine]
                 if kind:
-                    groups.append(spheres(points, point[mine], self.center[:, b], self.reach[b]))
+                    groups.append(spheres(points, point[mine], columns(self.center, b), self.reach[b]))
                 else:
-                    groups.append(ellipsoids(points, point[mine], self.center[:, b], self.inverse[b]))
+                    groups.append(ellipsoids(points, point[mine], columns(self.center, b), self.inverse[b]))
         return groups
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .raw import Raw, check_size, refuse
+from .raw import Format, Raw, check_size, refuse
 
 Bytes = NDArray[np.uint8]
 HEADER = 1 << 16
@@ -70,3 +70,6 @@ def _runs(path: Path, data: bytes, at: int, out: Bytes) -> int:
         filled += length
         at += 1 + (length if literal else 1)
     return at
+
+
+HDR = Format(".hdr", read_hdr)
