@@ -52,7 +52,7 @@ def killed(out: Path, after: float) -> int:
             running.wait(after)
         except subprocess.TimeoutExpired:
             os.killpg(running.pid, signal.SIGKILL)
-    return len(list((out / "jobs").glob("*.json")))
+    return len(list((out / "jobs").glob("*.npz")))
 
 
 def main() -> int:

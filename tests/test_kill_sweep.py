@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
-
 import kill_sweep
 import pytest
+
+from nusselt.experiments.results.store import read_archive, write_archive
 
 
 @pytest.fixture(scope="module")
@@ -25,8 +25,8 @@ def test_a_killed_sweep_ends_with_the_same_rows(undisturbed, tmp_path):
 def test_a_lost_row_is_seen(undisturbed):
     """The planted defect: a job's rows, halved on disk."""
     out, _, right = undisturbed
-    job = max((out / "jobs").glob("*.json"), key=lambda path: path.stat().st_size)
-    found = json.loads(job.read_text())
-    job.write_text(json.dumps(found[: len(found) // 2]))
+    job = max((out / "jobs").glob("*.npz"), key=lambda path: len(read_archive(path)[0]["rows"]))
+    words, arrays = read_archive(job)
+    write_archive(job, {"rows": words["rows"][: len(words["rows"]) // 2]}, arrays)
     kill_sweep.whole(out)
     assert kill_sweep.rows(out) != right

@@ -19,11 +19,12 @@ from click.testing import CliRunner
 from nusselt.experiments.cli import run as run_file
 from nusselt.experiments.cli.main import main
 from nusselt.experiments.results.figures import curves
+from nusselt.experiments.results.store import Store
 from nusselt.experiments.runs import run as command
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.runs.run import Request, run_experiments, run_one
 from nusselt.experiments.runs.runner import run_jobs
-from nusselt.experiments.runs.store import Store, key
+from nusselt.experiments.runs.store import key
 from nusselt.experiments.studies import suite
 from nusselt.experiments.studies.analog_projection import disk_area
 from nusselt.renderer.estimators import Area

@@ -13,7 +13,7 @@ from test_cli import run
 from nusselt.experiments.results.document import document, read_json, write_json
 from nusselt.experiments.results.schema import HEAD, JUDGED, READABLE, ROW, SCHEMA, names
 from nusselt.experiments.runs.experiment import Outcome
-from nusselt.experiments.verdict import Verdict
+from nusselt.experiments.verdict.judge import Verdict
 from nusselt.renderer.errors import InputError
 
 WRONG = (

@@ -5,23 +5,27 @@ Arrays only, no pickled objects; the head is JSON in an array of bytes.
 
 from __future__ import annotations
 
-import hashlib
-import json
 import zipfile
-import zlib
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nusselt.experiments.files import replacing
+from nusselt.experiments.files import folder_name
 from nusselt.experiments.results.document import package_versions
+from nusselt.experiments.results.schema import REFERENCE, check_entries
+from nusselt.experiments.results.store import (
+    UNREADABLE,
+    Store,
+    digest,
+    packed,
+    read_archive,
+    unpacked,
+    write_archive,
+)
 from nusselt.mitsuba_bridge.reference import SHAPES, Reference
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats
 
 from .check import Progress, Question, References, appearance
 
@@ -31,6 +35,7 @@ RULE = "direct lighting, emission on one side of -(ab x ac), radiance at "
 """With the pixel rule: what the numbers are."""
 LIMIT = 1 << 16
 """Bytes the head may have."""
+WRITTEN = "a file written by `nusselt reference`"
 TOLD = ("samples", "passes", "renderer", "version", "variant", "llvm", "notes", "seconds")
 
 
@@ -54,6 +59,7 @@ def write_reference(path: Path, scene: Scene, reference: Reference, target: floa
     """
     if path.suffix != ".npz":
         raise InputError("output", str(path), "a name that ends in .npz")
+    words, arrays = packed(reference)
     head = {
         "kind": KIND,
         "format": FORMAT,
@@ -63,12 +69,9 @@ def write_reference(path: Path, scene: Scene, reference: Reference, target: floa
         "target": target,
         "size": [scene.width, scene.height],
         "made_by": package_versions(),
-        **{name: getattr(reference, name) for name in TOLD},
+        **words,
     }
-    arrays = {name: getattr(reference, name) for name in (*SHAPES, "pass_means")}
-    words = np.frombuffer(json.dumps(head, default=str).encode(), dtype=np.uint8)
-    with replacing(path) as beside, beside.open("wb") as stream:
-        np.savez_compressed(stream, allow_pickle=False, head=words, **arrays)
+    write_archive(path, head, arrays)
 
 
 def read_reference(path: Path, scene: Scene) -> tuple[Reference, dict[str, Any]]:
@@ -82,44 +85,19 @@ def read_reference(path: Path, scene: Scene) -> tuple[Reference, dict[str, Any]]
     try:
         with zipfile.ZipFile(path) as archive:
             _check_members(path, archive, scene)
-        with np.load(path, allow_pickle=False) as arrays:
-            head = json.loads(bytes(arrays["head"]))
-            _check_head(path, head, scene)
-            found = {name: np.asarray(arrays[name], dtype=np.float64) for name in (*SHAPES, "pass_means")}
+        head, arrays = read_archive(path)
+        _check_head(path, head, scene)
+        found = {name: np.asarray(arrays[name], dtype=np.float64) for name in (*SHAPES, "pass_means")}
     except InputError:
         raise
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError) as error:
+    except UNREADABLE as error:
         told = " ".join(str(error).split())[:60]
-        raise _refuse(path, f"damaged ({told})", "a file written by `nusselt reference`") from error
+        raise _refuse(path, f"damaged ({told})", WRITTEN) from error
     for name, channels in SHAPES.items():
         shape = (channels, scene.height, scene.width) if channels else (scene.height, scene.width)
         if found[name].shape != shape or not np.isfinite(found[name]).all():
             raise _refuse(path, f"damaged (its {name})", f"finite numbers of shape {shape}")
-    return _reference(path, found, head), head
-
-
-def _reference(path: Path, found: Mapping[str, Floats], head: dict[str, Any]) -> Reference:
-    llvm = head["llvm"]
-    try:
-        return Reference(
-            mean=found["mean"],
-            standard_error=found["standard_error"],
-            pixel_standard_error=found["pixel_standard_error"],
-            emitter=found["emitter"],
-            background=found["background"],
-            holes=found["holes"],
-            pass_means=found["pass_means"],
-            samples=int(head["samples"]),
-            passes=int(head["passes"]),
-            renderer=str(head["renderer"]),
-            version=str(head["version"]),
-            variant=str(head["variant"]),
-            llvm=None if llvm is None else str(llvm),
-            notes=tuple(str(note) for note in head["notes"]),
-            seconds=dict(head["seconds"]),
-        )
-    except (TypeError, ValueError) as error:
-        raise _refuse(path, f"damaged ({error})", "a file written by `nusselt reference`") from error
+    return unpacked(Reference, {name: head[name] for name in TOLD}, found), head
 
 
 def _refuse(path: Path, found: str, accepted: str) -> InputError:
@@ -136,7 +114,7 @@ def _check_members(path: Path, archive: zipfile.ZipFile, scene: Scene) -> None:
 
 def _check_head(path: Path, head: Any, scene: Scene) -> None:
     if not isinstance(head, dict) or head.get("kind") != KIND:
-        raise _refuse(path, "no head", "a file written by `nusselt reference`")
+        raise _refuse(path, "no head", WRITTEN)
     if head.get("format") != FORMAT:
         raise _refuse(path, f"format {head.get('format')}", f"format {FORMAT}: make it again")
     if head.get("rule") != rule_of(scene):
@@ -144,36 +122,30 @@ def _check_head(path: Path, head: Any, scene: Scene) -> None:
     if head.get("scene") != identity(scene):
         other = f"made of another scene or an older one: {head.get('scene_name')}"
         raise InputError("reference", other, f"one of this scene ({identity(scene)[:12]}): make it again", str(path))
-    missing = [name for name in TOLD if name not in head]
+    missing = [name for name in TOLD if name not in head or (head[name] is None and name != "llvm")]
     if missing:
-        raise _refuse(path, f"no {missing[0]} in its head", "a file written by `nusselt reference`")
+        raise _refuse(path, f"no {missing[0]} in its head", WRITTEN)
+    check_entries(head, REFERENCE, str(path))
+    if not isinstance(head["seconds"], dict):
+        raise InputError("seconds", head["seconds"], "an object", str(path))
 
 
-@dataclass(frozen=True)
 class Cache:
-    """References on disk by content; without a folder nothing is kept.
+    """References on disk by content; without a folder nothing is kept."""
 
-    Parameters
-    ----------
-    folder : Path or None
-    """
-
-    folder: Path | None = None
+    def __init__(self, folder: Path | None) -> None:
+        self._store = Store(folder)
 
     def _path(self, scene: Scene, target: float) -> Path | None:
-        if self.folder is None:
-            return None
         version = str(package_versions()["mitsuba"])
-        told = json.dumps([identity(scene), rule_of(scene), version, f"{target:.6g}", FORMAT])
-        return self.folder / f"{scene.name}-{hashlib.sha256(told.encode()).hexdigest()[:24]}.npz"
+        told = digest(identity(scene), rule_of(scene), version, f"{target:.6g}", FORMAT)
+        return self._store.path(f"{folder_name(scene.name)}-{told}")
 
     def find(self, scene: Scene, target: float) -> Reference | None:
         """A kept reference; one that is damaged or stale is made again."""
         path = self._path(scene, target)
-        if path is None or not path.exists():
-            return None
         try:
-            return read_reference(path, scene)[0]
+            return read_reference(path, scene)[0] if path is not None and path.exists() else None
         except InputError:
             return None
 

@@ -17,6 +17,7 @@ from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.exports.csv_table import csv_rows
 from nusselt.experiments.results.figures import save
 from nusselt.experiments.results.schema import Row
+from nusselt.experiments.results.store import Store
 from nusselt.experiments.results.study_tables import single, table
 from nusselt.experiments.results.tables import console, verdict_table
 from nusselt.experiments.terminal.progress import progress_bar
@@ -26,7 +27,6 @@ from nusselt.renderer.errors import InputError
 
 from .experiment import Experiment, Outcome, Settings
 from .runner import run_jobs
-from .store import Store
 
 JOBS = "jobs"
 """Folder of the finished jobs."""

@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, as_completed
 
 from nusselt.experiments.results.document import plain
+from nusselt.experiments.results.store import Store
 
 from .experiment import Job, Outcome
-from .store import Store
+from .store import finish, finished
 
 Progress = Callable[[int, int], None]
 
@@ -30,11 +31,11 @@ def run_jobs(
     progress : callable, optional
         Called with (jobs done, jobs in all).
     """
-    found = [store.get(job) for job in jobs]
+    found = [finished(store, job) for job in jobs]
 
     def keep(index: int, outcome: Outcome) -> None:
         plainly = Outcome(plain(outcome.rows), outcome.arrays)  # the same whether it was just found or read again
-        store.put(jobs[index], plainly)
+        finish(store, jobs[index], plainly)
         found[index] = plainly
         tell()
 
