@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import pytest
 
+from nusselt.experiments.defects.mistakes import PLANTS, planted_scene
 from nusselt.experiments.external.diagnosis import HYPOTHESES, diagnose
 from nusselt.experiments.images.formats import Raw
 from nusselt.experiments.images.formats.png import to_levels
-from nusselt.experiments.studies.planted_mistakes import PLANTS, planted_scene
-from nusselt.experiments.studies.planted_table import COURSE, try_plant
+from nusselt.experiments.studies.planted_mistakes import COURSE, tell
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
 
 QUICK = ("fov", "missing-cosine", "correlated-seeds", "half-pixel")
-"""Those of quick scenes; `python -m nusselt.experiments.studies.planted_table` tries all, at the course's sizes."""
+"""Those of quick scenes; `nusselt run planted-mistakes` tries all, at the course's sizes."""
 
 
 @pytest.mark.parametrize("plant", [p for p in PLANTS if p.name in QUICK], ids=lambda plant: plant.name)
 def test_a_planted_mistake_is_told_first(plant):
-    row = try_plant(plant, 160, seed=1)
+    (row,) = tell(PLANTS.index(plant), 160, seed=1).rows
     told = row["likely_mistakes"]
     assert told, row
     assert told[0]["name"] == plant.name, told

@@ -59,13 +59,9 @@ def test_a_mitsuba_with_another_rule_is_refused(monkeypatch):
         ray_offset.mitsuba_offset(scene(floor()), running=Backend("llvm_ad_rgb", None, ""))
 
 
-def test_the_rule_explains_a_close_contact(monkeypatch):
+def test_the_rule_explains_a_close_contact():
     """chi^2/n over at least 1000 pixels: sd about 0.045, so that 1 +- 0.3 is beyond 6 sd; 128 passes add 0.016."""
-    monkeypatch.setattr(offset, "PASSES", 128)
-    monkeypatch.setattr(offset, "SAMPLES", 16)
-    monkeypatch.setattr(offset, "OUR_PASSES", 48)
-    monkeypatch.setattr(offset, "OUR_SAMPLES", 16)
-    model, none = offset.run_case(offset.CASES[-2], seed=3)
+    model, none = offset.run_case(offset.CASES[-2], seed=3, effort=offset.Effort(128, 16, 48, 16))
     assert model["penumbra_pixels"] > 1000
     assert 0.7 < model["chi_squared"] < 1.3
     assert none["chi_squared"] > 5

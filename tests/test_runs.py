@@ -153,14 +153,14 @@ def test_scenes_an_experiment_cannot_use_are_refused():
 def test_every_experiment_is_declared_once_and_is_a_script():
     names = [experiment.name for experiment in suite.EXPERIMENTS]
     assert len(set(names)) == len(names)
+    folder = Path(suite.__file__).parent
     scripts = []
-    for path in Path(suite.__file__).parent.rglob("*.py"):
-        called = re.search(r"^    script\((\w+)\)$", path.read_text(), re.MULTILINE)
+    for path in folder.rglob("*.py"):
+        called = re.search(r"^    script\(([\w, ]+)\)$", path.read_text(), re.MULTILINE)
         if called:
-            name = ".".join(
-                ("nusselt.experiments.studies", *path.relative_to(Path(suite.__file__).parent).with_suffix("").parts)
-            )
-            scripts.append(getattr(import_module(name), called[1]))
+            parts = path.relative_to(folder).with_suffix("").parts
+            module = import_module(".".join(("nusselt.experiments.studies", *parts)))
+            scripts += [getattr(module, name) for name in called[1].split(", ")]
     _, said, _ = run("list")
     for experiment in suite.EXPERIMENTS:
         assert f"  {experiment.name} " in said

@@ -14,31 +14,18 @@ from nusselt.experiments.verdict.judge import standard_errors
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
 
+from .columns import COLUMNS
 from .pictures import RANGE, colour_difference
-from .rows import method, percent
+from .rows import method
 from .schema import Row
 from .summary import headline
-
-COLUMNS = ("scene", "estimator", "verdict", "bias", "its interval", "finds", "RMS")
-
-
-def _cells(row: Row) -> tuple[str, ...]:
-    low, high = row.get("bias_interval") or (None, None)
-    interval = "" if low is None else f"{percent(low, sign=True)} to {percent(high, sign=True)}"
-    return (
-        *(str(row.get("scene") or ""), method(row), str(row.get("verdict") or "")),
-        *(percent(row.get("bias_relative"), sign=True), interval),
-        *(percent(row.get("minimum_detectable_bias")), percent(row.get("rms_relative"), 2)),
-    )
 
 
 def results_html(document: dict[str, Any]) -> str:
     """The verdict on all rows, and a line each."""
-    head = Markup("").join(Markup("<th>{}</th>").format(name) for name in COLUMNS)
-    body = Markup("").join(
-        Markup("<tr>{}</tr>").format(Markup("").join(Markup("<td>{}</td>").format(cell) for cell in _cells(row)))
-        for row in document["rows"]
-    )
+    head = Markup("").join(Markup("<th>{}</th>").format(column.name) for column in COLUMNS)
+    lines = [[Markup("<td>{}</td>").format(column.shown(row)) for column in COLUMNS] for row in document["rows"]]
+    body = Markup("").join(Markup("<tr>{}</tr>").format(Markup("").join(line)) for line in lines)
     said = headline(document["rows"])[1]
     return str(Markup("<p><b>{}</b></p><table><thead><tr>{}</tr></thead>{}</table>").format(said, head, body))
 

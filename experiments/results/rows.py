@@ -78,13 +78,13 @@ def number(value: Any) -> float | None:
     return float(value) if fits else None
 
 
-def percent(value: Any, digits: int = 3, sign: bool = False) -> str:
+def percent(value: Any, digits: int = 3, sign: bool = False, unit: str = " %") -> str:
     """A share in percent; empty where there is none."""
     found = number(value)
     if found is None:
         return ""
     rounded = round(100 * found, digits) + 0.0  # no sign before zeros
-    return f"{rounded:{'+' if sign else ''}.{digits}f} %".replace("-", "−")
+    return f"{rounded:{'+' if sign else ''}.{digits}f}{unit}".replace("-", "−")
 
 
 def count(number_of: int, what: str) -> str:

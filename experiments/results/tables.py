@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from rich import box
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
+
+from .columns import COLUMNS, Column
+from .schema import Row
 
 COLOURS = {"agrees": "green", "differs": "red", "undecided": "yellow"}
 WIDE = 140
@@ -25,44 +26,28 @@ def _fixed(value: float, digits: int) -> str:
     return f"{round(value, digits) + 0.0:.{digits}f}"
 
 
-def _percent(value: float) -> str:
-    return f"{100 * value:+.3f}"
+def _cell(column: Column, row: Row) -> str:
+    shown = escape(column.shown(row, unit="").replace("−", "-"))  # plain, for terminals that know no other
+    if column.name != "verdict":
+        return shown
+    mark = " [red]not as claimed[/]" if row["as_claimed"] is False else ""
+    return f"[{COLOURS[row['verdict']]}]{shown}[/]{mark}"
 
 
-def _cells(row: dict[str, Any]) -> dict[str, str]:
-    """One row by column; empty where nothing was measured."""
-    kind = "" if row["claim"] == "exact" else f" {row['samples']}{' strat' if row['stratified'] else ''}"
-    mark = "" if row["as_claimed"] in (True, None) else " [red]not as claimed[/]"
-    seconds = sum(
-        value for key, value in row["seconds"].items() if key in ("pilot", "ours", "reference", "expectations")
-    )
-    told = {
-        "scene": escape(row["scene"]),
-        "estimator": row["estimator"] + kind,
-        "verdict": f"[{COLOURS[row['verdict']]}]{row['verdict']}[/]{mark}",
-        "seconds": f"{seconds:.1f}",
-    }
-    if row["bias_interval"] is None:
-        return told
-    low, high = row["bias_interval"]
-    expected = row["course_expected"]["mse"]
-    return told | {
-        "bias %": _percent(row["bias_relative"]),
-        "its interval %": f"{_percent(low)} to {_percent(high)}",
-        "finds %": f"{100 * row['minimum_detectable_bias']:.3f}",
-        "RMS %": f"{100 * row['rms_relative']:.2f}",
-        "course": f"{_fixed(row['course_bias'], 1)} / {_fixed(row['course_mse'], 2)}",
-        "expected": f"{expected[0]:.2f} to {expected[1]:.2f}",
-    }
+def _further(row: Row) -> tuple[str, str, str]:
+    """The course's scores, what a right image gets, and seconds."""
+    stages = ("pilot", "ours", "reference", "expectations")
+    seconds = f"{sum(value for key, value in row['seconds'].items() if key in stages):.1f}"
+    if row["course_expected"] is None:
+        return "", "", seconds
+    low, high = row["course_expected"]["mse"]
+    scores = f"{_fixed(row['course_bias'], 1)} / {_fixed(row['course_mse'], 2)}"
+    return scores, f"{low:.2f} to {high:.2f}", seconds
 
 
-def verdict_table(rows: list[dict[str, Any]], alpha: float, width: int) -> Table:
+def verdict_table(rows: list[Row], alpha: float, width: int) -> Table:
     """One line a row: what was asked, the bias and how sure, the noise, the course's scores."""
-    columns = ["scene", "estimator", "verdict", "bias %", "its interval %", "finds %", "RMS %", "course", "expected"]
-    if width < WIDE:
-        columns = ["scene", "verdict", "bias %", "its interval %", "finds %"]
-    else:
-        columns.append("seconds")
+    wide = width >= WIDE
     table = Table(
         box=box.SIMPLE,
         title="Ours against Mitsuba's direct integrator",
@@ -70,15 +55,18 @@ def verdict_table(rows: list[dict[str, Any]], alpha: float, width: int) -> Table
         f"false-alarm rate {alpha:g} for the whole table. "
         "finds: the smallest bias found with 99 % power. course: bias / variance in 8-bit levels.",
     )
-    for name in columns:
-        table.add_column(name, justify="left" if name in ("scene", "estimator", "verdict") else "right", no_wrap=True)
+    shown = [column for column in COLUMNS if wide or column.name not in ("estimator", "RMS")]
+    for column in shown:
+        name, justify = (f"{column.name} %", "right") if column.number else (column.name, "left")
+        table.add_column(name, justify=justify, no_wrap=True)  # type: ignore[arg-type]
+    for name in ("course", "expected", "seconds") if wide else ():
+        table.add_column(name, justify="right", no_wrap=True)
     for row in rows:
-        cells = _cells(row)
-        table.add_row(*(cells.get(name, "") for name in columns))
+        table.add_row(*(_cell(column, row) for column in shown), *(_further(row) if wide else ()))
     return table
 
 
-def left_out_table(rows: list[dict[str, Any]]) -> Table:
+def left_out_table(rows: list[Row]) -> Table:
     """What each scene did not need, and why."""
     table = Table(box=box.SIMPLE, title="Left out, because the scene does not need it")
     for name in ("scene", "what", "why"):

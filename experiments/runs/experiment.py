@@ -5,7 +5,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from nusselt.experiments.results.schema import Row, check_row
 from nusselt.experiments.scenes.catalogue import load
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
+
+Size = TypeVar("Size")
 
 
 @dataclass(frozen=True)
@@ -28,11 +30,18 @@ class Settings:
         Root of every job's seed.
     scenes : tuple of str
         Files or classic scenes instead of the experiment's own.
+    tiny : bool
+        Next to nothing, to see that all of it runs: no claim needs to hold.
     """
 
     quick: bool = False
     seed: int = 0
     scenes: tuple[str, ...] = ()
+    tiny: bool = False
+
+    def pick(self, whole: Size, quick: Size, tiny: Size) -> Size:
+        """What suits the size that is asked for."""
+        return tiny if self.tiny else quick if self.quick else whole
 
     def chosen(self, own: Sequence[str]) -> list[Scene]:
         """The user's scenes, or else the experiment's own."""

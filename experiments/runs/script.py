@@ -1,8 +1,9 @@
-"""An experiment as a script of its own."""
+"""Experiments as a script of their own."""
 
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import Any
 
 import click
@@ -14,16 +15,16 @@ from .experiment import Experiment, Settings
 from .run import Request, run_experiments
 
 
-def script(experiment: Experiment) -> None:
+def script(*experiments: Experiment) -> None:
     """What `python experiments/studies/NAME.py` does: the same as `nusselt run NAME`."""
 
-    @click.command(cls=OneLine, help=experiment.summary)
+    @click.command(cls=OneLine, help="; ".join(experiment.summary for experiment in experiments))
     @click.option("--scenes", multiple=True, metavar="SCENE", help="Instead of its own; may be repeated.")
     @reporting_options
     @export_options
     @cluster_option
     def command(scenes: tuple[str, ...], quick: bool, seed: int, **where: Any) -> None:
         settings = Settings(quick, seed, tuple(scenes))
-        sys.exit(run_experiments([experiment], Request(settings, **where)))
+        sys.exit(run_experiments(experiments, Request(settings, **where)))
 
-    command(prog_name=experiment.name)
+    command(prog_name=Path(sys.argv[0]).name)

@@ -18,7 +18,7 @@ from .generator import KINDS, random_scene
 from .shrink import shrunk, told
 from .twins import TWINS, Twin
 
-SCENES, QUICK = "1000", "45"
+SCENES, QUICK, TINY = "1000", "45", "boxes-1"
 BATCH = 20
 FEW = 4
 """Twins of most scenes; all of them for every tenth."""
@@ -124,7 +124,7 @@ def asked(words: Iterable[str], seed: int) -> tuple[int, list[Job]]:
 
 def search_jobs(settings: Settings) -> list[Job]:
     """So many scenes, of every kind alike; or those that are named."""
-    count, jobs = asked(settings.scenes or (QUICK if settings.quick else SCENES,), settings.seed)
+    count, jobs = asked(settings.scenes or (settings.pick(SCENES, QUICK, TINY),), settings.seed)
     if not count and not jobs:
         raise InputError("scenes", "0", "how many, KIND-NUMBER or a scene file")
     each = -(-count // len(KINDS))

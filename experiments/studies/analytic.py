@@ -24,7 +24,7 @@ def compare(scene: Scene, samples: int, passes: int, seed: int) -> Outcome:
 
 
 def jobs(settings: Settings) -> list[Job]:
-    width, passes = (64, 8) if settings.quick else (320, 32)
+    width, passes = settings.pick((320, 32), (64, 8), (12, 4))
     scenes = settings.chosen(ANALYTIC.scenes)
     for scene in scenes:
         if prepare(scene).needs.visibility:

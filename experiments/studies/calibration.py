@@ -323,8 +323,8 @@ REAL = ("ours against ours", "Mitsuba against Mitsuba")
 
 
 def jobs(settings: Settings) -> list[Job]:
-    """Every world at both levels, then power; a tenth of the reports where it must be quick."""
-    share = 10 if settings.quick else 1
+    """Every world at both levels, then power; fewer reports where it must be quick."""
+    share = settings.pick(1, 10, 40)
     reports = [count // share for _, count, _ in LIMITS]
     told = {"passes": 2048 // share, "reports": reports, "seed": settings.seed}
     names = [*(world.name for world in SIMULATED), *REAL]

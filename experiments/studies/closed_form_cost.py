@@ -57,7 +57,7 @@ def timed(light: str, form: str, exponent: float | None, repeats: int, points: i
 
 
 def jobs(settings: Settings) -> list[Job]:
-    repeats, points = (2, 2048) if settings.quick else (3, POINTS)
+    repeats, points = settings.pick((3, POINTS), (2, 2048), (1, 16))
     seed = settings.seed_of("cost")
     asked: list[tuple[str, str, float | None]] = [(light, "irradiance", None) for light in LIGHTS]
     asked += [(light, "lobe", s) for light in LIGHTS for s in EXPONENTS]

@@ -41,7 +41,7 @@ def fit(scene: Scene, sides: Sequence[int], repeats: int, seed: int) -> Outcome:
 
 
 def jobs(settings: Settings) -> list[Job]:
-    width, sides, repeats = (40, SIDES[:5], 2) if settings.quick else (96, SIDES, 3)
+    width, sides, repeats = settings.pick((96, SIDES, 3), (40, SIDES[:5], 2), (8, SIDES[:3], 1))
     return [
         Job(fit, {"scene": small(s, width), "sides": sides, "repeats": repeats, "seed": settings.seed_of(s.name)})
         for s in settings.chosen(CONVERGENCE.scenes)

@@ -49,7 +49,7 @@ def compare(scene: Scene, exponent: float, passes: int, seed: int) -> Outcome:
 
 
 def jobs(settings: Settings) -> list[Job]:
-    width, passes = (48, 16) if settings.quick else (240, 32)
+    width, passes = settings.pick((240, 32), (48, 16), (8, 4))
     scenes = settings.chosen(GLOSSY.scenes)
     for scene in scenes:
         if prepare(scene).needs.visibility:

@@ -147,7 +147,7 @@ def _times(light: Light, factor: float) -> Light:
 
 
 def jobs(settings: Settings) -> list[Job]:
-    width = 64 if settings.quick else 240
+    width = settings.pick(240, 64, 12)
     found = [Job(order, {"limit": limit}) for limit in LIMITS]
     found += [Job(thumb, {"height": height}) for height in HEIGHTS]
     return [*found, Job(images, {"height": 2.0, "width": width, "seed": settings.seed_of("light-units")})]

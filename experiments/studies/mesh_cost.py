@@ -73,13 +73,13 @@ def alone(series: str, estimator: str, samples: int, triangles: int, side: int) 
 
 def jobs(settings: Settings) -> list[Job]:
     """Triangles at 256 pixels a side, pixels at 100,000 triangles, and the biggest of both."""
-    counts, sides = ((1_000, 8_000), (32, 64)) if settings.quick else (TRIANGLES, SIDES)
-    few, small = (8_000, 32) if settings.quick else (100_000, 256)
+    counts, sides = settings.pick((TRIANGLES, SIDES), ((1_000, 8_000), (32, 64)), ((500, 1_000), (8, 16)))
+    few, small = settings.pick((100_000, 256), (8_000, 32), (1_000, 16))
     asked = [("triangles", *COMMON, count, small) for count in counts]
     asked += [("pixels", *COMMON, few, side) for side in sides]
     asked += [("triangles", *EXACT, count, small // 2) for count in counts]
     asked += [("pixels", *EXACT, few, side // 2) for side in sides[:3]]
-    if not settings.quick:
+    if settings.pick(True, False, False):
         asked.append(("memory", *COMMON, *BIGGEST))
     names = ("series", "estimator", "samples", "triangles", "side")
     return [Job(alone, dict(zip(names, entry, strict=True)), alone=True) for entry in asked]

@@ -93,7 +93,7 @@ def _shadows(source: Source, view: ShadingPoints, points: int) -> tuple[int, flo
 
 
 def jobs(settings: Settings) -> list[Job]:
-    counts, side, points, repeats = ((2_000, 8_000), 64, 3, 1) if settings.quick else (COUNTS, 256, 13, 3)
+    counts, side, points, repeats = settings.pick((COUNTS, 256, 13, 3), ((2_000, 8_000), 64, 3, 1), ((500,), 12, 1, 1))
     rest = {"side": side, "points": points, "repeats": repeats}
     return [Job(measure, {"triangles": count} | rest, alone=True) for count in counts]
 

@@ -51,7 +51,7 @@ def compare(seed: int, count: int) -> Outcome:
 
 
 def jobs(settings: Settings) -> list[Job]:
-    return [Job(compare, {"seed": settings.seed_of("nusselt-analog"), "count": 14 if settings.quick else 200})]
+    return [Job(compare, {"seed": settings.seed_of("nusselt-analog"), "count": settings.pick(200, 14, 1)})]
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:

@@ -30,9 +30,6 @@ from nusselt.renderer.scene import Camera, Scene
 from nusselt.renderer.surfaces import Material
 from nusselt.renderer.vectors import Floats
 
-PASSES, SAMPLES = 256, 64
-"""Mitsuba's 16,384 samples a pixel: in passes enough that the mean of t^2 is 1.008."""
-OUR_PASSES, OUR_SAMPLES = 64, 64
 EDGE = (1e-3, 1 - 1e-3)
 """A penumbra is where this share of the light is seen."""
 FITS = (0.9, 1.15)
@@ -41,6 +38,30 @@ PIXELS = 2000
 """Fewest penumbra pixels that show a fit."""
 LEVEL = 1e-3
 MATERIAL = Material((0.5, 0.5, 0.5))
+
+
+@dataclass(frozen=True)
+class Effort:
+    """Passes and samples of each.
+
+    Parameters
+    ----------
+    passes, samples : int
+        Mitsuba's, 16,384 samples a pixel: in passes enough that the mean of t^2 is 1.008.
+    our_passes, our_samples : int
+    """
+
+    passes: int = 256
+    samples: int = 64
+    our_passes: int = 64
+    our_samples: int = 64
+
+    @property
+    def estimator(self) -> Area:
+        return Area(samples=self.our_samples, stratified=True)
+
+
+FULL, TINY = Effort(), Effort(32, 4, 4, 4)
 
 
 @dataclass(frozen=True)
@@ -84,9 +105,9 @@ def contact_scene(case: Case, lift: float) -> Scene:
     return Scene(64, 48, camera, meshes, (), (light,), name=case.name)
 
 
-def penumbra(scene: Scene, ours: Image) -> Bools:
+def penumbra(scene: Scene, ours: Image, estimator: Area) -> Bools:
     """Pixels that see part of the light, (h, w): from ours, and the same image without the blocker."""
-    free = render(scene.with_(meshes=scene.meshes[:1]), Area(samples=OUR_SAMPLES, stratified=True), seed=1)
+    free = render(scene.with_(meshes=scene.meshes[:1]), estimator, seed=1)
     share = ours.mean.mean(axis=0) / np.maximum(free.mean.mean(axis=0), 1e-300)
     return np.asarray(ours.shaded & ~ours.unjudged & (share > EDGE[0]) & (share < EDGE[1]))
 
@@ -94,7 +115,7 @@ def penumbra(scene: Scene, ours: Image) -> Bools:
 def compare(ours: Image, reference: Reference, pixels: Bools) -> dict[str, Any]:
     """Pixel by pixel: chi^2/n is the mean squared difference over both sides' variance, 1 where only noise differs."""
     difference = (ours.mean - reference.mean).mean(axis=0)[pixels]
-    noise: Floats = ours.pixel_variance[pixels] / OUR_PASSES + reference.pixel_standard_error[pixels] ** 2
+    noise: Floats = ours.pixel_variance[pixels] / ours.pass_means.size + reference.pixel_standard_error[pixels] ** 2
     bias = pooled_bias(difference, noise, np.zeros(1))
     scale = float(reference.mean.mean(axis=0)[pixels].mean())
     return {
@@ -104,7 +125,9 @@ def compare(ours: Image, reference: Reference, pixels: Bools) -> dict[str, Any]:
     }
 
 
-def run_case(case: Case, seed: int, executor: Executor | None = None) -> Iterator[dict[str, Any]]:
+def run_case(
+    case: Case, seed: int, effort: Effort = FULL, executor: Executor | None = None
+) -> Iterator[dict[str, Any]]:
     """Two rows: by Mitsuba's rule, which must fit, and traced as we do, which shows what the rule does.
 
     Raises
@@ -120,8 +143,8 @@ def run_case(case: Case, seed: int, executor: Executor | None = None) -> Iterato
         scene,
         seed=their_seed,
         target_relative_se=0.0,
-        max_samples=PASSES * SAMPLES,
-        passes=PASSES,
+        max_samples=effort.passes * effort.samples,
+        passes=effort.passes,
         timeout=600.0,
         normalise=False,
     )
@@ -129,13 +152,13 @@ def run_case(case: Case, seed: int, executor: Executor | None = None) -> Iterato
     for model in (bare, None):
         ours = render(
             scene,
-            Area(samples=OUR_SAMPLES, stratified=True),
+            effort.estimator,
             seed=our_seed,
-            passes=OUR_PASSES,
+            passes=effort.our_passes,
             executor=executor,
             offset=model,
         )
-        pixels = penumbra(scene, ours) if pixels is None else pixels
+        pixels = penumbra(scene, ours, effort.estimator) if pixels is None else pixels
         found = compare(ours, reference, pixels)
         fits = FITS[0] <= found["chi_squared"] <= FITS[1]
         yield {
@@ -151,15 +174,17 @@ def run_case(case: Case, seed: int, executor: Executor | None = None) -> Iterato
         }
 
 
-def case_job(number: int, seed: int) -> Outcome:
+def case_job(number: int, seed: int, effort: Effort) -> Outcome:
     """Both rows of a case, by its place."""
-    return Outcome(list(run_case(CASES[number], seed)))
+    return Outcome(list(run_case(CASES[number], seed, effort)))
 
 
 def jobs(settings: Settings) -> list[Job]:
     """All cases; one small scene and one contact where it must be quick."""
-    chosen = (0, len(CASES) - 2) if settings.quick else range(len(CASES))
-    return [Job(case_job, {"number": number, "seed": settings.seed}, alone=True) for number in chosen]
+    contact = len(CASES) - 2
+    chosen, effort = settings.pick((range(len(CASES)), FULL), ((0, contact), FULL), ((contact,), TINY))
+    told = {"seed": settings.seed, "effort": effort}
+    return [Job(case_job, {"number": number, **told}, alone=True) for number in chosen]
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:

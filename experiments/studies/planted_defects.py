@@ -173,9 +173,9 @@ def hold_job(number: int, rows: int, seed: int) -> Outcome:
 
 def jobs(settings: Settings) -> list[Job]:
     """Every defect, and every control; two of them where it must be quick."""
-    controls = 2 if settings.quick else len(CONTROLS)
-    told = {"rows": len(DEFECTS) + controls, "seed": settings.seed}
-    wrong = [Job(find_job, {"number": number, **told}, alone=True) for number in range(len(DEFECTS))]
+    defects, controls = settings.pick((len(DEFECTS), len(CONTROLS)), (len(DEFECTS), 2), (2, 1))
+    told = {"rows": defects + controls, "seed": settings.seed}
+    wrong = [Job(find_job, {"number": number, **told}, alone=True) for number in range(defects)]
     return wrong + [Job(hold_job, {"number": number, **told}, alone=True) for number in range(controls)]
 
 

@@ -35,7 +35,7 @@ def compare(scene: Scene, samples: Sequence[int], seed: int) -> Outcome:
 
 
 def jobs(settings: Settings) -> list[Job]:
-    width, samples = (64, SAMPLES[:4]) if settings.quick else (320, SAMPLES)
+    width, samples = settings.pick((320, SAMPLES), (64, SAMPLES[:4]), (12, SAMPLES[:2]))
     return [
         Job(compare, {"scene": small(scene, width), "samples": samples, "seed": settings.seed_of(scene.name)})
         for scene in settings.chosen(RANDOM_VS_STRATIFIED.scenes)

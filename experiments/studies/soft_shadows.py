@@ -26,7 +26,7 @@ def compare(scene: Scene, samples: Sequence[int], seed: int) -> Outcome:
 
 
 def jobs(settings: Settings) -> list[Job]:
-    width, samples = (48, SAMPLES[:3]) if settings.quick else (256, SAMPLES)
+    width, samples = settings.pick((256, SAMPLES), (48, SAMPLES[:3]), (12, SAMPLES[:2]))
     return [
         Job(compare, {"scene": small(scene, width), "samples": samples, "seed": settings.seed_of(scene.name)})
         for scene in settings.chosen(SOFT_SHADOWS.scenes)

@@ -242,19 +242,17 @@ def small(name: str, width: int) -> Scene:
     return scene.with_(width=width, height=max(1, round(scene.height * width / scene.width)))
 
 
-def scene_job(scene: Scene, samples: tuple[int, ...], seed: int) -> Outcome:
+def scene_job(scene: Scene, samples: tuple[int, ...], passes: int, seed: int) -> Outcome:
     """All rows of a scene."""
-    return Outcome(scene_rows(scene, samples, PASSES, seed, 600.0))
+    return Outcome(scene_rows(scene, samples, passes, seed, 600.0))
 
 
 def jobs(settings: Settings) -> list[Job]:
     """A scene each, one at a time: they are timed."""
-    chosen = settings.scenes or (SCENES[1:3] if settings.quick else SCENES)
-    samples, width = (SAMPLES[:2], WIDTH // 2) if settings.quick else (SAMPLES, WIDTH)
-    return [
-        Job(scene_job, {"scene": small(name, width), "samples": samples, "seed": settings.seed}, alone=True)
-        for name in chosen
-    ]
+    quick, tiny = (SCENES[1:3], SAMPLES[:2], WIDTH // 2, PASSES), (SCENES[:1], SAMPLES[:1], 8, 3)
+    own, samples, width, passes = settings.pick((SCENES, SAMPLES, WIDTH, PASSES), quick, tiny)
+    told = {"samples": samples, "passes": passes, "seed": settings.seed}
+    return [Job(scene_job, {"scene": small(name, width), **told}, alone=True) for name in settings.scenes or own]
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:

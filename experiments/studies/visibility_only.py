@@ -87,7 +87,7 @@ def compare(scene: Scene, samples: Sequence[int], seed: int) -> Outcome:
 
 
 def jobs(settings: Settings) -> list[Job]:
-    width, samples = (32, SAMPLES[:3]) if settings.quick else (128, SAMPLES)
+    width, samples = settings.pick((128, SAMPLES), (32, SAMPLES[:3]), (8, SAMPLES[:2]))
     scenes = settings.chosen(VISIBILITY_ONLY.scenes)
     for scene in scenes:
         if not prepare(scene).needs.visibility:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from nusselt.experiments.results.rows import experiment_of, method, percent, status, urgent_first
+from nusselt.experiments.results.columns import COLUMNS
+from nusselt.experiments.results.rows import experiment_of, method, status, urgent_first
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.summary import facts, headline
 
 LIMIT = 1 << 20
 """Bytes; a forge refuses more."""
 MARKS = {"good": "✅", "bad": "❌", "open": "❔", "plain": ""}
-COLUMNS = ("experiment", "scene", "estimator", "", "verdict", "bias", "its interval", "finds", "RMS")
 
 
 def text(value: Any) -> str:
@@ -30,19 +30,9 @@ def code(command: str) -> str:
 
 
 def _cells(row: Row) -> list[str]:
-    low, high = row.get("bias_interval") or (None, None)
-    interval = f"{percent(low, sign=True)} to {percent(high, sign=True)}" if low is not None else ""
-    return [
-        text(experiment_of(row)),
-        text(row.get("scene") or ""),
-        text(method(row)),
-        {"failing": "❌", "undecided": "❔", "as claimed": "✅", "shown": ""}[status(row)],
-        text(row.get("verdict") or ""),
-        percent(row.get("bias_relative"), sign=True),
-        interval,
-        percent(row.get("minimum_detectable_bias")),
-        percent(row.get("rms_relative"), 2),
-    ]
+    cells = [column.shown(row) if column.number else text(column.shown(row)) for column in COLUMNS]
+    mark = {"failing": "❌", "undecided": "❔", "as claimed": "✅", "shown": ""}[status(row)]
+    return [text(experiment_of(row)), *cells[:2], mark, *cells[2:]]
 
 
 def _reason(row: Row) -> str:
@@ -59,7 +49,9 @@ def markdown(document: dict[str, Any]) -> str:
     tone, said = headline(rows)
     parts = [f"## {MARKS[tone]} {said}\n\n"]
     parts += [f"- **{fact.question}** {text(fact.answer)}. {text(fact.detail)}\n" for fact in facts(document)]
-    parts.append(f"\n| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}\n")
+    heads = [column.name for column in COLUMNS]
+    heads = ["experiment", *heads[:2], "", *heads[2:]]
+    parts.append(f"\n| {' | '.join(heads)} |\n|{'---|' * len(heads)}\n")
     tail = ["\n", *map(_reason, rows)]
     lines = [f"| {' | '.join(_cells(row))} |\n" for row in rows]
     return "".join(_within([*parts, *lines, *tail]))

@@ -13,6 +13,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, TemplateError
 
 from nusselt.experiments.files import replacing
+from nusselt.experiments.results.columns import COLUMNS
 from nusselt.experiments.results.pictures import RANGE
 from nusselt.experiments.results.rows import count, experiment_of, in_table, percent, urgent_first
 from nusselt.experiments.results.schema import Row
@@ -100,6 +101,7 @@ def _content(material: Material, progress: Progress) -> dict[str, Any]:
         "by": {"all": len(judged), "failing": by["failing"], "undecided": by["undecided"]},
         "rows": _entries(material, judged, packs, errors, partial(progress, "figures")),
         "errors": errors.values(),
+        "columns": COLUMNS,
         "several": len({experiment_of(row) for row in judged}) > 1,
         "races": races(rows),
         "experiments": _experiments(material, files),

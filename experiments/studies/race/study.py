@@ -21,6 +21,7 @@ from nusselt.renderer.errors import InputError
 
 FEW = (Way("multijitter", 0), Way("multijitter", 1), DEFAULT)
 QUICK = Plan(rounds=1, sizes=(4, 16, 64), truth=1e-4, longest=3.0, ways=FEW)
+TINY = Plan(rounds=1, sizes=(4, 16), truth=1e-3, longest=1.0, ways=FEW[1:])
 QUICK_SCENES = ("quad", "cornell-boxes")
 RULES: tuple[Rule, ...] = ("area", "centre")
 PLAN_BIG = Plan(
@@ -130,9 +131,9 @@ def figure(name: str, views_raw: Sequence[dict[str, Any]]) -> Any:
     return drawn
 
 
-def _race(scene: str, quick: bool, seed: int) -> Outcome:
+def _race(scene: str, seed: int, size: dict[str, Any]) -> Outcome:
     """One scene; the first row of each pixel rule keeps the raw times."""
-    rows, measured = run((scene,), quick=quick, seed=seed)
+    rows, measured = run((scene,), seed=seed, **size)
     for rule in RULES:
         if (found := measured.get(f"{scene}/{rule}")) is not None:
             first = next(one for one in rows if one["pixel_rule"] == rule)
@@ -145,11 +146,12 @@ def jobs(settings: Settings) -> list[Job]:
     for name in settings.scenes:
         if name not in NAMES:
             raise InputError("--scenes", name, "one of " + ", ".join(NAMES))
-    seed = settings.seed_of("race")
-    return [
-        Job(_race, {"scene": name, "quick": settings.quick, "seed": seed}, alone=True)
-        for name in settings.scenes or (QUICK_SCENES if settings.quick else NAMES)
-    ]
+    own = settings.pick(NAMES, QUICK_SCENES, QUICK_SCENES[:1])
+    told = {
+        "seed": settings.seed_of("race"),
+        "size": settings.pick({"quick": False}, {"quick": True}, {"plan": TINY, "side": 12, "count": 1}),
+    }
+    return [Job(_race, {"scene": name, **told}, alone=True) for name in settings.scenes or own]
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:

@@ -38,10 +38,11 @@ def file_jobs(files: Sequence[str], settings: Settings) -> list[Job]:
 
 def jobs(settings: Settings) -> list[Job]:
     """The project's own cases, and the twins."""
-    own = {"cases": read_cases(OWN), "seed": settings.seed_of("own"), "ask": not settings.quick}
+    every, ask = settings.pick((1, True), (1, False), (12, False))
+    own = {"cases": read_cases(OWN)[::every], "seed": settings.seed_of("own"), "ask": ask}
     images = [
-        Job(twin_job, {"twin": twin, "seed": settings.seed_of(twin.name), "ask": not settings.quick}, alone=twin.ask)
-        for twin in twins()
+        Job(twin_job, {"twin": twin, "seed": settings.seed_of(twin.name), "ask": ask}, alone=twin.ask)
+        for twin in twins()[::every]
     ]
     return [Job(cases_job, own, alone=True), *images]
 
