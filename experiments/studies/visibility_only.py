@@ -103,7 +103,7 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     for outcome in outcomes:
         scene, truth = outcome.rows[0]["scene"], outcome.rows[0]["truth"]
         lines = {
-            name: tuple([row[key] for row in outcome.rows if row["estimator"] == name] for key in ("samples", "rms"))
+            name: tuple([row[key] for row in outcome.rows if row["estimator"] == name] for key in ("samples", "rms_relative"))
             for name in KINDS
         }
         title = f"{scene}: stratified samples per light, error of one pass against {truth}"
