@@ -84,13 +84,13 @@ class Exact:
             raise InputError(
                 "shadow origin", "mitsuba", f"another estimator than {self.name}, which traces no shadow rays"
             )
-        n, light = points.count, source.light
+        n, quad = points.count, source.light.parallelogram()
         if _by_silhouettes(source):
             return *mesh_radiance(points, source), {"silhouette": n}
-        if isinstance(light, QuadLight) and (not source.blockers.none or not self.shortcuts):
+        if quad is not None and (not source.blockers.none or not self.shortcuts):
             if _too_large(source):
                 return self._sampled(points, source, rng), np.full(n, np.inf), {"sampled": n}
-            found = QuadShadows(points, source, light, self.shortcuts, MOST).radiance()
+            found = QuadShadows(points, source, quad, self.shortcuts, MOST).radiance()
             if found.sampled.size:
                 found.radiance[:, found.sampled] = self._sampled(points.take(found.sampled), source, rng)
             return found.radiance, found.bound, found.tally.counts
@@ -126,12 +126,14 @@ def _many(source: Source, light: QuadLight, most: int) -> bool:
 
 
 def _by_silhouettes(source: Source) -> bool:
-    if not isinstance(source.light, QuadLight) or not bounds_alone(source):
+    quad = source.light.parallelogram()
+    if quad is None or not bounds_alone(source):
         return False
-    return source.blockers.triangles.size > BODY or _many(source, source.light, CLOSED_MOST)
+    return source.blockers.triangles.size > BODY or _many(source, quad, CLOSED_MOST)
 
 
 def _may_sample(source: Source) -> bool:
     if not source.has_extent or source.blockers.none:
         return False
-    return not isinstance(source.light, QuadLight) or (not bounds_alone(source) and _many(source, source.light, MOST))
+    quad = source.light.parallelogram()
+    return quad is None or (not bounds_alone(source) and _many(source, quad, MOST))

@@ -1,20 +1,21 @@
 """A scene's surfaces as arrays: one pile of triangles, one of ellipsoids, one table of materials.
 
-Every parallelogram light is two of the triangles: it is seen, it blocks, and it reflects nothing.
+The bodies of lights are among them: they are seen, they block, and they reflect nothing.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.lights import QuadLight
-from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import Material
 from nusselt.renderer.vectors import Floats, cross
+
+if TYPE_CHECKING:
+    from nusselt.renderer.scene import Scene
 
 Ints = NDArray[np.integer[Any]]
 Bools = NDArray[np.bool_]
@@ -66,13 +67,6 @@ class Geometry:
         return self.center.shape[1]
 
 
-def _light_corners(light: QuadLight) -> tuple[Floats, Floats, Floats]:
-    """Two triangles, wound so that their normal is the emitting side's, -(ab x ac)."""
-    p, ab, ac = (np.array(v)[:, None] for v in (light.corner, light.ab, light.ac))
-    far = p + ab + ac
-    return np.hstack((p, p)), np.hstack((p + ac, far)), np.hstack((far, p + ab))
-
-
 def build_geometry(scene: Scene) -> Geometry:
     """Lay a scene's surfaces out in arrays: meshes, ellipsoids, then lights, in file order."""
     corners = [mesh.corners for mesh in scene.meshes]
@@ -81,11 +75,12 @@ def build_geometry(scene: Scene) -> Geometry:
     light_of = [-1] * len(surfaces)
     owners = list(range(len(scene.meshes)))
     for index, light in enumerate(scene.lights):
-        if isinstance(light, QuadLight):
-            corners.append(_light_corners(light))
-            counts.append(2)
+        body = light.body()
+        if body is not None:
+            corners.append(body)
+            counts.append(body[0].shape[1])
             owners.append(len(surfaces))
-            surfaces.append(Material(emission=light.radiance))
+            surfaces.append(Material(emission=light.colour))
             light_of.append(index)
     empty = np.empty((3, 0))
     a, b, c = (np.hstack([empty, *(triple[k] for triple in corners)]) for k in range(3))

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from nusselt.renderer.camera.first_hits import origin_in
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.vectors import Floats, column, cross, dot, frame, transform, unit
+from nusselt.renderer.lights import Light
+from nusselt.renderer.lights.protocol import Plane
+from nusselt.renderer.vectors import Floats, cross, dot, frame, transform, unit
 
 from .faces import Faces
 from .projection import Lens
@@ -169,8 +171,6 @@ def _polygon(g: Geometry, lens: Lens, index: int, m: Floats, delta: float) -> tu
     return points, np.roll(points, -1, axis=1)
 
 
-def light_planes(lights: tuple[object, ...]) -> list[tuple[Floats, Floats]]:
+def light_planes(lights: tuple[Light, ...]) -> list[Plane]:
     """Normal and point of the lights' own planes, where they have one."""
-    from nusselt.renderer.lights import QuadLight
-
-    return [(column(light.normal), column(light.corner)) for light in lights if isinstance(light, QuadLight)]
+    return [plane for plane in (light.plane() for light in lights) if plane is not None]

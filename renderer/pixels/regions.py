@@ -17,6 +17,7 @@ from nusselt.renderer.camera.edge_functions import Pencil
 from nusselt.renderer.camera.first_hits import Hits, ellipsoid_distance, hits_at
 from nusselt.renderer.camera.screen_boxes import ImageBoxes
 from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.lights import Light
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints, shading_points
 from nusselt.renderer.vectors import Floats, dot, unit
@@ -50,7 +51,7 @@ class Regions:
     planes: list[tuple[Floats, Floats]]
 
     @classmethod
-    def of(cls, scene: Scene, geometry: Geometry, lights: tuple[object, ...]) -> Regions:
+    def of(cls, scene: Scene, geometry: Geometry, lights: tuple[Light, ...]) -> Regions:
         """The regions of a scene; ``lights`` are those that light something."""
         lens = Lens.of(scene)
         planes = light_planes(lights)[:MOST_PLANES]

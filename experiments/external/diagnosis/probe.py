@@ -13,12 +13,12 @@ import numpy as np
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.image import prepare
-from nusselt.renderer.light_points import beams
-from nusselt.renderer.lights import Light, QuadLight
+from nusselt.renderer.lights import Light
+from nusselt.renderer.lights.sampling import random_beams
 from nusselt.renderer.needs import Source
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, column, dot
+from nusselt.renderer.vectors import Floats, dot
 from nusselt.renderer.visibility.segments import Blockers
 
 from .rules import RIGHT, Rules, reflected
@@ -81,9 +81,9 @@ class Paths:
     def _behind(self) -> Floats:
         """With everything that may stand behind the light."""
         found = self.seen("right").copy()
-        if isinstance(self.light, QuadLight):
-            normal = column(self.light.normal)
-            back = np.flatnonzero(dot(normal, self.sight.points.position - column(self.light.corner)) < 0)
+        plane = self.light.plane()
+        if plane is not None:
+            back = np.flatnonzero(dot(plane[0], self.sight.points.position - plane[1]) < 0)
             found[back] = self.visible(back, self.d[:, back], False, all_blockers=True)
         return found
 
@@ -186,9 +186,10 @@ class Probe:
         found = []
         for source in self.sources:
             rng = np.random.default_rng([self.seed, source.index, samples])
-            drawn = [beams(source.light, sight.points.position, rng, samples, self.stratified) for _ in range(passes)]
+            light, at = source.light, sight.points.position
+            drawn = [random_beams(light, at, rng, samples, self.stratified) for _ in range(passes)]
             d = np.concatenate([one[0] for one in drawn], axis=2)
-            found.append(Paths(source, d, drawn[0][2], self.geometry, sight))
+            found.append(Paths(source, d, light.at_infinity, self.geometry, sight))
         return found
 
     def radiance_passes(self, rules: Rules, sight: Sight | None = None, paths: list[Paths] | None = None) -> Floats:
@@ -224,6 +225,6 @@ class Probe:
         return float(sum(float(p.sum()) for p in products)) / max(pairs, 1) / size if size > 0 else 0.0
 
     @property
-    def quads(self) -> list[Paths]:
-        """Paths of the lights that are parallelograms."""
-        return [path for path in self.paths if isinstance(path.light, QuadLight)]
+    def one_sided(self) -> list[Paths]:
+        """Paths of the lights that shine to one side of a plane."""
+        return [path for path in self.paths if path.light.plane() is not None]
