@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .geometry.arrays import Geometry
+from .geometry.arrays import Geometry, Ints
+from .geometry.flat_disks import disk_hull
 from .lights import Light
 from .scene import Scene
 from .vectors import Floats, dot
@@ -126,6 +127,7 @@ def _blockers(geometry: Geometry, light: Light, receivers: Floats) -> Blockers:
     """
     points, at_infinity = light.hull(), light.at_infinity
     found = Blockers.everything(geometry).between(receivers, points, at_infinity)
+    found = replace(found, disks=_before(geometry, light, found.disks))
     lit = np.flatnonzero(_reflecting(geometry)[geometry.triangle_surface])
     # Beyond a few thousand, their planes tell little.
     if geometry.ellipsoids or found.triangles.size * lit.size > PAIRS or found.triangles.size == 0:
@@ -160,7 +162,18 @@ def _blockers(geometry: Geometry, light: Light, receivers: Floats) -> Blockers:
         apart |= (in_front <= 0).T
         _, receiver_in_front = heights(*plane, receiver)
         apart |= receiver_in_front <= 0
-    return Blockers(g, k[~apart.all(axis=1)], found.ellipsoids)
+    return replace(found, triangles=k[~apart.all(axis=1)])
+
+
+def _before(geometry: Geometry, light: Light, disks: Ints) -> Ints:
+    """The disks that rise over a light's plane: its own does not."""
+    plane = light.plane()
+    if plane is None:
+        return disks
+    normal, place = plane
+    hulls = [disk_hull(geometry, index) for index in disks]
+    rises = [(dot(normal, hull - place) > plane_bound(normal, place, hull)).any() for hull in hulls]
+    return disks[np.array(rises, dtype=bool)]
 
 
 def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Needs:
@@ -177,7 +190,7 @@ def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Ne
     receivers = _receivers(geometry)
     left_out: list[LeftOut] = []
     sources: list[Source] = []
-    total = geometry.triangles + geometry.ellipsoids
+    total = geometry.triangles + geometry.ellipsoids + geometry.disks
     for index, light in enumerate(scene.lights):
         name = f"light {index + 1} ({light.kind})"
         reason = _lights_nothing(light, receivers)
@@ -185,7 +198,7 @@ def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Ne
             left_out.append(LeftOut(name, reason))
             continue
         blockers = _blockers(geometry, light, receivers).gathered()
-        kept = blockers.triangles.size + blockers.ellipsoids.size
+        kept = blockers.count
         if kept == 0:
             left_out.append(LeftOut(f"shadow rays to {name}", "nothing stands between it and a surface it lights"))
         elif kept < total:

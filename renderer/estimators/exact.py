@@ -1,10 +1,10 @@
 """Light behind occluders without noise: boundary integrals over the visible contour.
 
-Diffuse and glossy, for parallelograms. Point and directional lights take one shadow ray. Big closed meshes are taken
+Diffuse and glossy, for parallelograms. Lights without extent take one shadow ray. Big closed meshes are taken
 by their silhouettes (see `penumbra`), on diffuse surfaces: what is claimed there is consistency, and how far it goes
-is what each value's bound says. What it leaves to sampling, and then claims no exactness for: the sun's disk behind
-blockers, round bodies through a light's plane, and points with more than MOST candidates, whose cost grows with the
-square.
+is what each value's bound says. What it leaves to sampling, and then claims no exactness for: lights that are no
+parallelograms behind blockers, parallelograms behind flat disks, round bodies through a light's plane, and points with
+more than MOST candidates, whose cost grows with the square.
 """
 
 from __future__ import annotations
@@ -114,7 +114,8 @@ BODY = 4096
 
 
 def _too_large(source: Source) -> bool:
-    return source.blockers.triangles.size > LARGEST
+    """Whether a light's contour is not looked for: what stands before it is too much, or a disk."""
+    return source.blockers.triangles.size > LARGEST or source.blockers.disks.size > 0
 
 
 def _many(source: Source, light: QuadLight, most: int) -> bool:

@@ -14,6 +14,7 @@ from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.validation import Vec3
 from nusselt.renderer.vectors import Floats
 
+from .body import Body
 from .text import Text
 
 if TYPE_CHECKING:
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 
 Plane: TypeAlias = tuple[Floats, Floats]
 """Unit normal and a point, each (3, 1)."""
-Corners: TypeAlias = tuple[Floats, Floats, Floats]
-"""Of triangles, each (3, t), counter-clockwise from the front."""
 
 
 class Light(Protocol):
@@ -77,7 +76,7 @@ class Light(Protocol):
     def middle(self) -> tuple[Floats, float]:
         """The place (3, 1) in the middle, and the light's radius about it; at infinity, its half angle's tangent."""
 
-    def body(self) -> Corners | None:
+    def body(self) -> Body | None:
         """What cameras see and shadow rays meet: black as a reflector, its front the emitting side. None: nothing."""
 
     def plane(self) -> Plane | None:

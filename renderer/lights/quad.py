@@ -14,8 +14,9 @@ from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.validation import Vec3, colour, parallel, unit, vector
 from nusselt.renderer.vectors import Floats, column, cross, dot
 
+from .body import Body
 from .facing import faced_by, solid_angle
-from .protocol import Corners, Plane
+from .protocol import Plane
 from .quad_patch import quad_patch
 from .text import Text
 
@@ -100,11 +101,11 @@ class QuadLight:
         across = max(dot(ab + ac, ab + ac).item(), dot(ab - ac, ab - ac).item())
         return corner + (ab + ac) / 2, float(np.sqrt(across)) / 2
 
-    def body(self) -> Corners:
+    def body(self) -> Body:
         """Two triangles, wound so that their normal is the emitting side's, -(ab x ac)."""
         p, ab, ac = self.columns
         far = p + ab + ac
-        return np.hstack((p, p)), np.hstack((p + ac, far)), np.hstack((far, p + ab))
+        return Body((np.hstack((p, p)), np.hstack((p + ac, far)), np.hstack((far, p + ab))))
 
     def plane(self) -> Plane:
         return column(self.normal), column(self.corner)

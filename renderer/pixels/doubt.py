@@ -10,16 +10,18 @@ from the edges themselves, not from radiance. What lies below the surface's own 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.flat_disks import disk_rim
 from nusselt.renderer.lights import Light
 from nusselt.renderer.needs import Source
 from nusselt.renderer.vectors import Floats, dot, frame, transform, unit
 
-from .candidate_edges import crossings
+from .candidate_edges import crossings, disk_cuts
 from .edge_fragments import expand
 from .regions import Regions
 
@@ -71,7 +73,8 @@ def _sizes(regions: Regions) -> Floats:
         for least, most, value in zip(low, high, corner, strict=True):
             np.minimum.at(least, faces.of_triangle, value)
             np.maximum.at(most, faces.of_triangle, value)
-    return np.concatenate((np.sqrt(dot(high - low, high - low)) / 2, np.sqrt((g.axes**2).sum(axis=(1, 2)))))
+    flat, round_ = np.sqrt(dot(high - low, high - low)) / 2, np.sqrt((g.axes**2).sum(axis=(1, 2)))
+    return np.concatenate((flat, round_, g.disk_radius))
 
 
 def doubtful(regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats, region: Ints) -> NDArray[np.bool_]:
@@ -82,11 +85,18 @@ def doubtful(regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats
         return found
     order = np.lexsort((region, x // 4, y // 4))
     parts = footprints(regions, x[order], y[order], region[order])
-    straight = [(regions.faces.start, regions.faces.end), crossings(g)]
+    straight = [(regions.faces.start, regions.faces.end), crossings(g), *map(partial(_rim, g), range(g.disks))]
+    straight += [disk_cuts(g, index) for index in range(g.disks)]
     for light in blocked:
         edges = straight + [_terminator(g, index, light) for index in range(g.ellipsoids)]
         found[order] |= in_doubt(parts, light, *(np.hstack(ends) for ends in zip(*edges, strict=True)))
     return found
+
+
+def _rim(g: Geometry, index: int) -> tuple[Floats, Floats]:
+    """A disk's rim, as SIDES edges."""
+    points = disk_rim(g, index, 2 * np.pi * np.arange(SIDES) / SIDES)
+    return points, np.roll(points, -1, axis=1)
 
 
 def _terminator(g: Geometry, index: int, light: Light) -> tuple[Floats, Floats]:

@@ -101,8 +101,11 @@ class Paths:
     @property
     def _everything(self) -> Blockers:
         g = self.geometry
-        others = np.flatnonzero(g.light[g.triangle_surface] != self.source.index)
-        return Blockers(g, others, np.arange(g.ellipsoids))
+        others = (
+            np.flatnonzero(g.light[surfaces] != self.source.index) for surfaces in (g.triangle_surface, g.disk_surface)
+        )
+        triangles, disks = others
+        return Blockers(g, triangles, np.arange(g.ellipsoids), disks)
 
 
 class Probe:
@@ -126,7 +129,7 @@ class Probe:
             self.samples = math.isqrt(self.samples) ** 2
         self.passes = max(2, -(-SAMPLES // self.samples))
         kept = {source.index: source for source in needs.sources}
-        nothing = Blockers(self.geometry, *np.zeros((2, 0), dtype=np.int64))
+        nothing = Blockers.nothing(self.geometry)
         self.sources = [kept.get(k, Source(k, one, nothing, scene.is_glossy)) for k, one in enumerate(scene.lights)]
         self.stride = self._stride()
         # A random pixel in each cell: the edges of an image like to run along its rows.

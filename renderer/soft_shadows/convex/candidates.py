@@ -8,10 +8,11 @@ from itertools import pairwise
 import numpy as np
 
 from nusselt.renderer.geometry.arrays import Ints
+from nusselt.renderer.geometry.watertight import PLANE_ULPS
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, column, dot
-from nusselt.renderer.visibility.segments import PLANE_ULPS, Blockers
+from nusselt.renderer.visibility.segments import Blockers
 
 from .conics import Conics, may_meet
 from .occluders import INSIDE, TOUCHING, Occluders, occluders

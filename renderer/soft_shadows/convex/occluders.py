@@ -12,9 +12,10 @@ from functools import lru_cache
 import numpy as np
 
 from nusselt.renderer.geometry.arrays import Bools, Geometry, Ints
+from nusselt.renderer.geometry.watertight import PLANE_ULPS
 from nusselt.renderer.lights import Light
 from nusselt.renderer.vectors import Floats, cross, dot, unit
-from nusselt.renderer.visibility.segments import PLANE_ULPS, Blockers
+from nusselt.renderer.visibility.segments import Blockers
 
 from .convex import Convex, Loop
 from .convex_decomposition import convex_pieces

@@ -8,9 +8,9 @@ from functools import lru_cache
 import numpy as np
 
 from nusselt.renderer.geometry.arrays import Bools, Geometry, Ints
+from nusselt.renderer.geometry.watertight import PLANE_ULPS
 from nusselt.renderer.lights import Light
 from nusselt.renderer.vectors import Floats, dot, transform, unit
-from nusselt.renderer.visibility.segments import PLANE_ULPS
 
 from .circle_cones import Rounds, ellipsoids, spheres
 from .occluders import ALONG, BEHIND, INSIDE, TOUCHING

@@ -29,8 +29,9 @@ def why_not(source: Source) -> str:
         return "shadow rays are to start off the surface"
     if source.glossy:
         return "a surface is glossy"
-    if b.loose.size or b.ellipsoids.size:
-        return f"{b.loose.size + b.ellipsoids.size} other surfaces stand before it"
+    others = b.loose.size + b.ellipsoids.size + b.disks.size
+    if others:
+        return f"{others} other surfaces stand before it"
     found, reason = outline_of(b.geometry, b.hierarchy, source.light)
     if found is None:
         return f"its big mesh does not bound a body: {reason}"
