@@ -44,7 +44,8 @@ class Description:
     bsdfs : list of dict
         kind (diffuse, modified_phong) and its colours.
     lights : list of dict
-        kind (rectangle, disk, point, directional), placement and colour; in the scene's order.
+        kind (rectangle, disk, point, directional), placement, colour, and whether it has a ``body`` that stays as a
+        black blocker where it is not lit; in the scene's order.
     two_sided, boxed : bool
         Whether backs reflect; whether a pixel is its box rather than its centre.
     scale : float
@@ -169,7 +170,7 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
         add({"kind": "ply", "file": name, "smooth": False}, mesh.material)
     for number, ellipsoid in enumerate(scene.ellipsoids):
         add(_ball(ellipsoid, place, scale, folder, f"{stem}-ellipsoid{number}.ply", notes), ellipsoid.material)
-    lights = [described(light, place, scale) for light in scene.lights]
+    lights = [described(light, place, scale) | {"body": light.body() is not None} for light in scene.lights]
     camera = _camera(scene, place, half * scale)
     if np.abs(camera["origin"]).max() > 1e4 * half * scale:
         notes.append("the camera is more than 10,000 scene sizes away: Mitsuba's float32 hit points lose digits")
