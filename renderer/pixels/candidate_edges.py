@@ -183,8 +183,8 @@ def _polygon(g: Geometry, lens: Lens, index: int, m: Floats, delta: float) -> tu
 
 def _steps(lens: Lens, center: Floats, largest: float) -> tuple[Floats, float]:
     """Angles (k,) of a polygon that stands for a curve of that size, and how much larger its area makes it."""
-    away = np.linalg.norm(center - lens.origin)
-    pixels = largest / max(away - largest, 1e-2 * largest) * lens.height / 2 / np.linalg.norm(lens.up)
+    away = float(np.linalg.norm(center - lens.origin))
+    pixels = largest / max(away - largest, 1e-2 * largest) * lens.height / 2 / float(np.linalg.norm(lens.up))
     count = int(np.clip(math.pi * math.sqrt(pixels / (2 * CHORD)), 16, 8192))
     angle = 2 * math.pi * (np.arange(count) + 0.31) / count
     return angle, math.sqrt(2 * math.pi / count / math.sin(2 * math.pi / count))

@@ -74,12 +74,14 @@ class Blockers:
     @classmethod
     def everything(cls, geometry: Geometry) -> Blockers:
         """All surfaces of a scene."""
-        return cls(geometry, *map(np.arange, (geometry.triangles, geometry.ellipsoids, geometry.disks)))
+        g = geometry
+        return cls(g, np.arange(g.triangles), np.arange(g.ellipsoids), np.arange(g.disks))
 
     @classmethod
     def nothing(cls, geometry: Geometry) -> Blockers:
         """None of them."""
-        return cls(geometry, *np.zeros((3, 0), dtype=np.int64))
+        none = np.empty(0, dtype=np.int64)
+        return cls(geometry, none, none, none)
 
     @property
     def none(self) -> bool:
