@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from nusselt.renderer.lights import DirectionalLight, DiskLight, Light, PointLight, QuadLight, SunLight
 from nusselt.renderer.vectors import Floats, column, dot, frame
 
 from .distance import distance_to_triangles
@@ -92,6 +92,14 @@ def _(light: SunLight, place: Place, scale: float) -> dict[str, Any]:
     return {"kind": "disk", "to_world": to_world, "radiance": rgb(light.radiance)}
 
 
+@described.register
+def _(light: DiskLight, place: Place, scale: float) -> dict[str, Any]:
+    normal, radius = np.array(light.normal), light.radius * scale
+    x, y = (v[:, 0] for v in frame(normal[:, None]))
+    to_world = _columns(x * radius, y * radius, normal, place(light.center))
+    return {"kind": "disk", "to_world": to_world, "radiance": rgb(light.radiance)}
+
+
 @singledispatch
 def approximations(light: Light) -> list[str]:
     """What is approximate about a light in Mitsuba, in plain sentences."""
@@ -99,6 +107,7 @@ def approximations(light: Light) -> list[str]:
 
 
 @approximations.register(QuadLight)
+@approximations.register(DiskLight)
 @approximations.register(PointLight)
 @approximations.register(DirectionalLight)
 def _(light: Light) -> list[str]:
@@ -123,9 +132,10 @@ def _(light: Light) -> bool:
     return True
 
 
-@strata_alike.register
-def _(light: SunLight) -> bool:
-    return False  # a far disk, laid out otherwise
+@strata_alike.register(SunLight)
+@strata_alike.register(DiskLight)
+def _(light: Light) -> bool:
+    return False  # disks to Mitsuba, which lays squares out on them concentrically
 
 
 @singledispatch
@@ -163,5 +173,24 @@ def _(light: QuadLight, geometry: Geometry, others: NDArray[np.intp]) -> float:
     for p, height in zip((a, b, c), heights[:, ahead], strict=True):
         u, v = inverse @ (p - corner)
         over = (height > 0) & (u >= 0) & (u <= 1) & (v >= 0) & (v <= 1)
+        distances.append(float(height[over].min(initial=np.inf)))
+    return min(distances)
+
+
+@clearance.register
+def _(light: DiskLight, geometry: Geometry, others: NDArray[np.intp]) -> float:
+    a, b, c = (points[:, others] for points in (geometry.a, geometry.b, geometry.c))
+    center, normal = column(light.center), column(light.normal)
+    heights = np.stack([dot(p - center, normal) for p in (a, b, c)])
+    ahead = (heights > 1e-12 * light.radius).any(axis=0)
+    a, b, c = a[:, ahead], b[:, ahead], c[:, ahead]
+    distances = [np.inf]
+    for u in np.linspace(0, 1, GRID):
+        for v in np.arange(2 * GRID) / (2 * GRID):
+            distances.append(float(distance_to_triangles(light.at(u, v), a, b, c).min(initial=np.inf)))
+    # The other way round: corners of triangles in front of the disk.
+    for p, height in zip((a, b, c), heights[:, ahead], strict=True):
+        across = p - center - height * normal
+        over = (height > 0) & (dot(across, across) <= light.radius**2)
         distances.append(float(height[over].min(initial=np.inf)))
     return min(distances)

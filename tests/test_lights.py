@@ -12,7 +12,7 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import ESTIMATORS, Analytic, Area, Exact
 from nusselt.renderer.geometry.arrays import build_geometry
 from nusselt.renderer.image import prepare, render
-from nusselt.renderer.lights import LIGHTS, DirectionalLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.lights import LIGHTS, DirectionalLight, DiskLight, PointLight, QuadLight, SunLight
 from nusselt.renderer.lights.protocol import ANSWERS, check_kind
 from nusselt.renderer.lights.sampling import one_place, random_beams
 from nusselt.renderer.scene import Camera
@@ -25,6 +25,7 @@ EXAMPLES = {
     PointLight: PointLight((0.25, 1.5, -0.5), (3.0, 2.0, 1.0)),
     DirectionalLight: DirectionalLight((1.0, 2.0, -0.5), (0.5, 1.0, 2.0)),
     SunLight: SunLight((1.0, 2.0, -0.5), (0.5, 1.0, 2.0), 40.0),
+    DiskLight: DiskLight((0.25, 2.0, -0.5), (0.25, -2.0, 0.5), 0.75, (5.0, 4.0, 3.0)),
 }
 KINDS = pytest.mark.parametrize("kind", LIGHTS, ids=lambda kind: kind.kind)
 
