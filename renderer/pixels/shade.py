@@ -136,8 +136,8 @@ def palette_of(scene: Scene, regions: Regions, needs: Needs) -> Palette:
     k = faces.triangle
     height = dot(g.normal[:, k], origin - g.a[:, k])
     outside = np.array([origin_in(g, index, origin)[1] > 0 for index in range(g.ellipsoids)], dtype=bool)
-    front = np.concatenate((height > 0, outside))
-    surface = np.concatenate((g.triangle_surface[k], g.ellipsoid_surface)).astype(np.int64)
+    front = np.concatenate((height > 0, outside, dot(g.disk_normal, origin - g.disk_center) > 0))
+    surface = np.concatenate((g.triangle_surface[k], g.ellipsoid_surface, g.disk_surface)).astype(np.int64)
     emitter = g.light[surface] >= 0
     seen = np.where(front, g.emission[:, surface], 0.0)
     faced = front | scene.two_sided

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from nusselt.renderer.geometry.arrays import Geometry, Ints
 from nusselt.renderer.geometry.ragged import take
-from nusselt.renderer.light_points import hull
 from nusselt.renderer.lights import Light
 from nusselt.renderer.needs import Source
 from nusselt.renderer.vectors import Floats
@@ -28,7 +27,7 @@ def outline_of(geometry: Geometry, hierarchy: Hierarchy, light: Light) -> tuple[
     surface, reason = surface_of(geometry, hierarchy.triangles.astype(np.int64).tobytes())
     if surface is None:
         return None, reason
-    found = outline(surface, *hull(light))
+    found = outline(surface, light.hull(), light.at_infinity)
     return found, "" if found else "the light lies beside or inside the surface"
 
 

@@ -8,11 +8,11 @@ from itertools import pairwise
 import numpy as np
 
 from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.light_points import hull
+from nusselt.renderer.geometry.watertight import PLANE_ULPS
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, column, dot
-from nusselt.renderer.visibility.segments import PLANE_ULPS, Blockers
+from nusselt.renderer.visibility.segments import Blockers
 
 from .conics import Conics, may_meet
 from .occluders import INSIDE, TOUCHING, Occluders, occluders
@@ -88,7 +88,7 @@ class Standing:
         radius = np.r_[self.flat.radius[self.pieces], self.round.reach[self.balls]]
         if reached:
             half = np.hstack((self.flat.half[:, self.pieces], np.tile(self.round.reach[self.balls], (3, 1))))
-            light = np.abs(hull(self.light)[0]).max()
+            light = np.abs(self.light.hull()).max()
             point, which = reaching(Bounds(center, half, radius, light), points.position, self._square(points).cone())
         else:
             point, which = np.nonzero(np.ones((points.count, radius.size), dtype=bool))

@@ -12,9 +12,10 @@ from functools import lru_cache
 import numpy as np
 
 from nusselt.renderer.geometry.arrays import Bools, Geometry, Ints
-from nusselt.renderer.lights import Light, QuadLight
-from nusselt.renderer.vectors import Floats, column, cross, dot, unit
-from nusselt.renderer.visibility.segments import PLANE_ULPS, Blockers
+from nusselt.renderer.geometry.watertight import PLANE_ULPS
+from nusselt.renderer.lights import Light
+from nusselt.renderer.vectors import Floats, cross, dot, unit
+from nusselt.renderer.visibility.segments import Blockers
 
 from .convex import Convex, Loop
 from .convex_decomposition import convex_pieces
@@ -182,9 +183,10 @@ def occluders(geometry: Geometry, light: Light) -> Occluders:
 
 def _before(piece: Convex, light: Light) -> list[Convex]:
     """The part of a piece before a light; a body that may hold the light, face by face."""
-    if not isinstance(light, QuadLight):
+    quad = light.parallelogram()
+    if quad is None:
         return [piece]
-    corner, ab, ac = column(light.corner), column(light.ab), column(light.ac)
+    corner, ab, ac = quad.columns
     normal = unit(-cross(unit(ab), unit(ac)))
     part = piece.in_front(normal, corner)
     if part is None:
