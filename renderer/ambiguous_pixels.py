@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from nusselt.renderer.vectors import Bools
 
 from .camera.rays import pixel_size
 from .camera.view import View, look
@@ -15,8 +16,6 @@ from .needs import Needs, Source
 from .scene import Scene
 from .shading import ShadingPoints
 from .vectors import Floats, dot, frame
-
-Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

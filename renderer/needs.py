@@ -11,7 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .geometry.arrays import Geometry, Ints
+from nusselt.renderer.vectors import Ints
+
+from .geometry.arrays import Geometry
 from .geometry.flat_disks import disk_hull
 from .lights import Light
 from .scene import Scene

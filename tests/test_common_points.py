@@ -67,7 +67,7 @@ def test_silhouettes_hide_what_testing_every_triangle_hides(shape, light, turned
         mesh = Mesh(mesh.vertices, mesh.triangles[::-1])
     g = geometry(mesh)
     source = Source(0, light, Blockers.everything(g).gathered(), False)
-    view = CommonVisibility.of(source)
+    view = CommonVisibility.of(source.blockers, source.light)
     assert view.outline is not None
     p, _ = rays(mesh, 700, seed=5)
     own = np.full(p.shape[1], -1)

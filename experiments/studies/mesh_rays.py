@@ -71,7 +71,7 @@ def measure(triangles: int, side: int, points: int, repeats: int) -> Outcome:
 
 def _shadows(source: Source, view: ShadingPoints, points: int) -> tuple[int, float, float, int]:
     """Rays to light points, seconds by common points and one by one, and rays on which they differ."""
-    light, common = source.light, CommonVisibility.of(source)
+    light, common = source.light, CommonVisibility.of(source.blockers, source.light)
     rays, fast, slow, mismatches = 0, 0.0, 0.0, 0
     for u, v in lattice(points).T:
         eye = light.at(u, v)

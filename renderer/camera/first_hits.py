@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.flat_disks import disk_place, within_disk
 from nusselt.renderer.geometry.ragged import take
-from nusselt.renderer.geometry.watertight import one_norm
-from nusselt.renderer.vectors import Floats, dot, frame, transform, unit
+from nusselt.renderer.vectors import Floats, Ints, dot, frame, transform, unit
+from nusselt.renderer.watertight import one_norm
 
 from .nearest import Planes
 from .screen_boxes import ImageBoxes, kept_boxes

@@ -39,7 +39,7 @@ def lattice(samples: int) -> Floats:
 def hidden(points: ShadingPoints, source: Source, at: Floats) -> Floats:
     """What light points ``at`` (2, N) of the unit square send and blockers keep, (3, n)."""
     out = np.zeros((3, points.count))
-    view = CommonVisibility.of(source)
+    view = CommonVisibility.of(source.blockers, source.light)
     for u, v in at.T:
         light = source.light
         beam, worth = light.beams(points.position, np.array([[u]]), np.array([[v]]))

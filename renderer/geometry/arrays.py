@@ -6,19 +6,12 @@ The bodies of lights are among them: they are seen, they block, and they reflect
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import FlatDisk, Material
-from nusselt.renderer.vectors import Floats, cross
-
-if TYPE_CHECKING:
-    from nusselt.renderer.scene import Scene
-
-Ints = NDArray[np.integer[Any]]
-Bools = NDArray[np.bool_]
+from nusselt.renderer.vectors import Floats, Ints, cross
 
 
 @dataclass(frozen=True, eq=False)

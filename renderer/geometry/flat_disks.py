@@ -8,15 +8,12 @@ is exact to rounding, and borders on nothing.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from nusselt.renderer.vectors import Floats, dot, frame
+from nusselt.renderer.vectors import Bools, Floats, dot, frame
+from nusselt.renderer.watertight import PLANE_ULPS, SLOPE_ULPS, largest, one_norm
 
 from .arrays import Geometry
 from .ragged import take
-from .watertight import PLANE_ULPS, SLOPE_ULPS, largest, one_norm
-
-Bools = NDArray[np.bool_]
 
 
 def disk_hides(g: Geometry, index: int, p: Floats, d: Floats, at_infinity: bool) -> Bools:

@@ -12,6 +12,8 @@ from nusselt.renderer.vectors import Floats
 
 Corners: TypeAlias = tuple[Floats, Floats, Floats]
 """Of triangles, each (3, t), counter-clockwise from the front."""
+Plane: TypeAlias = tuple[Floats, Floats]
+"""Unit normal and a point, each (3, 1)."""
 
 
 def _no_triangles() -> Corners:

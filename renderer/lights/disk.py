@@ -9,24 +9,23 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.errors import InputError
-from nusselt.renderer.geometry.watertight import PLANE_ULPS, largest, one_norm
-from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.soft_shadows.convex.boundary_integrals import (
+from nusselt.renderer.closed_forms.circles.boundary_integrals import (
     lambert_arcs,
     lambert_circles,
     lobe_arcs,
     lobe_circles,
 )
-from nusselt.renderer.soft_shadows.convex.circle_cones import ALL, Rounds
-from nusselt.renderer.soft_shadows.convex.circles import EPS, CircleArcs
+from nusselt.renderer.closed_forms.circles.circles import EPS, CircleArcs
+from nusselt.renderer.closed_forms.circles.cones import ALL, Rounds
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.surfaces import FlatDisk
 from nusselt.renderer.validation import Vec3, colour, direction, finite, vector
 from nusselt.renderer.vectors import Floats, column, dot, frame
+from nusselt.renderer.watertight import PLANE_ULPS, largest, one_norm
 
-from .body import Body
+from .body import Body, Plane
 from .facing import solid_angle
-from .protocol import Plane
 from .text import Text
 
 MOVED = 16.0

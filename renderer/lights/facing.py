@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.watertight import PLANE_ULPS, largest, one_norm
 from nusselt.renderer.vectors import Floats, cross, dot
+from nusselt.renderer.watertight import PLANE_ULPS, largest, one_norm
 
 
 def faced_by(corner: Floats, ab: Floats, ac: Floats, points: Floats) -> NDArray[np.bool_]:

@@ -8,20 +8,15 @@ it in ``__init__.py``, and register it in the bridge; `check_kind` and ``tests/t
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeAlias
+from typing import Any, ClassVar, Protocol
 
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.validation import Vec3
 from nusselt.renderer.vectors import Floats
 
-from .body import Body
+from .body import Body, Plane
+from .quad import QuadLight
 from .text import Text
-
-if TYPE_CHECKING:
-    from .quad import QuadLight
-
-Plane: TypeAlias = tuple[Floats, Floats]
-"""Unit normal and a point, each (3, 1)."""
 
 
 class Light(Protocol):

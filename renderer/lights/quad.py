@@ -14,9 +14,8 @@ from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.validation import Vec3, colour, parallel, unit, vector
 from nusselt.renderer.vectors import Floats, column, cross, dot
 
-from .body import Body
+from .body import Body, Plane
 from .facing import faced_by, solid_angle
-from .protocol import Plane
 from .quad_patch import quad_patch
 from .text import Text
 

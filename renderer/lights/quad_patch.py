@@ -12,9 +12,8 @@ import numpy as np
 
 from nusselt.renderer.closed_forms.irradiance import irradiance
 from nusselt.renderer.closed_forms.phong_lobe import phong_lobe
-from nusselt.renderer.geometry.arrays import Ints
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Floats, Ints, dot
 
 from .facing import faced_by
 

@@ -15,11 +15,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.flat_disks import disk_rim
 from nusselt.renderer.lights import Light
 from nusselt.renderer.needs import Source
-from nusselt.renderer.vectors import Floats, dot, frame, transform, unit
+from nusselt.renderer.vectors import Floats, Ints, dot, frame, transform, unit
 
 from .candidate_edges import crossings, disk_cuts
 from .edge_fragments import expand

@@ -17,11 +17,11 @@ from nusselt.renderer.camera.edge_functions import Pencil
 from nusselt.renderer.camera.first_hits import Hits, ellipsoid_distance, hits_at, nearer_disks
 from nusselt.renderer.camera.screen_boxes import ImageBoxes
 from nusselt.renderer.camera.view import shading_points
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.lights import Light
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, dot, unit
+from nusselt.renderer.vectors import Floats, Ints, dot, unit
 
 from .candidate_edges import light_planes
 from .faces import Faces, find_faces

@@ -16,13 +16,12 @@ from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import View, look
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators.protocol import Estimator
-from nusselt.renderer.geometry.arrays import Ints
 from nusselt.renderer.image import Image, prepare
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Bools, Floats, Ints, dot
 
 from .faces import PLANE
-from .interpolation import Bools, fill_centres
+from .interpolation import fill_centres
 
 STRIP = 16
 """Rows that are sorted as one."""

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from nusselt.renderer.camera.first_hits import origin_in
 from nusselt.renderer.estimators.analytic import without_shadows
 from nusselt.renderer.estimators.protocol import Estimator
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.image import prepare
 from nusselt.renderer.needs import Needs
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Floats, Ints, dot
 
 from .regions import NOTHING, Regions
 

@@ -20,13 +20,11 @@ from nusselt.renderer.camera.screen_boxes import kept_boxes
 from nusselt.renderer.camera.view import View, look
 from nusselt.renderer.estimators.analytic import without_shadows
 from nusselt.renderer.estimators.common_points import hidden
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.image import prepare
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats, column
+from nusselt.renderer.vectors import Bools, Floats, Ints, column
 from nusselt.renderer.visibility.segments import small_triangles
-
-from .interpolation import Bools
 
 MANY = 20_000
 """Small triangles beyond which pixels are sampled: cutting each face out of its pixels takes minutes there."""

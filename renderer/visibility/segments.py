@@ -18,18 +18,15 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.flat_disks import disk_hides
 from nusselt.renderer.geometry.ragged import take
-from nusselt.renderer.geometry.watertight import PLANE_ULPS, SLOPE_ULPS, edge_functions, largest, one_norm
-from nusselt.renderer.vectors import Floats, dot, transform
+from nusselt.renderer.vectors import Bools, Floats, Ints, dot, transform
+from nusselt.renderer.watertight import PLANE_ULPS, SLOPE_ULPS, edge_functions, largest, one_norm
 
 from .bvh import Hierarchy
 from .ray_offset import RayOffset
-
-Bools = NDArray[np.bool_]
 
 BODY_ULPS = 64 * 2.0**-53
 """Rounding of T (p - c) for a point of an ellipsoid c + A u, T the inverse of A, relative to |T| (|p| + |c| + |A| 1):

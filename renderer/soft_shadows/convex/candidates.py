@@ -7,16 +7,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.geometry.watertight import PLANE_ULPS
+from nusselt.renderer.closed_forms.circles.pairing import columns
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, column, dot
+from nusselt.renderer.vectors import Floats, Ints, column, dot
 from nusselt.renderer.visibility.segments import Blockers
+from nusselt.renderer.watertight import PLANE_ULPS
 
 from .conics import Conics, may_meet
 from .occluders import INSIDE, TOUCHING, Occluders, occluders
-from .pairing import columns
 from .round_bodies import OUTSIDE, RoundBodies, round_bodies
 from .sections import Lines, Square, gathered
 from .shaft import Bounds, in_shaft, reaching, shaft_planes

@@ -11,15 +11,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Geometry, Ints
-from nusselt.renderer.geometry.watertight import PLANE_ULPS
+from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.lights import Light
-from nusselt.renderer.vectors import Floats, cross, dot, unit
+from nusselt.renderer.vectors import Bools, Floats, Ints, cross, dot, unit
 from nusselt.renderer.visibility.segments import Blockers
+from nusselt.renderer.watertight import PLANE_ULPS
 
 from .convex import Convex, Loop
 from .convex_decomposition import convex_pieces
-from .pairing import columns
 
 INSIDE, TOUCHING, BEHIND = -1, -2, -3
 """Instead of an outline's length: all is hidden; the piece's own faces hide what lies behind them; nothing is."""

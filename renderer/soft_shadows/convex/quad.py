@@ -19,17 +19,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Ints
+from nusselt.renderer.closed_forms.circles.pairing import columns
 from nusselt.renderer.lights import QuadLight, colour
 from nusselt.renderer.lights.facing import faced_by
 from nusselt.renderer.lights.quad_patch import quad_patch
 from nusselt.renderer.needs import Source
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, column, dot
+from nusselt.renderer.vectors import Bools, Floats, Ints, column, dot
 
 from .candidates import Standing, portions
 from .integrals import Integral, displaced, over_arcs, over_nodes, small_lights
-from .pairing import columns
 from .rims import rims
 from .strips import Bodies, Trapezoids, trapezoids
 

@@ -7,14 +7,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Geometry, Ints
-from nusselt.renderer.geometry.watertight import PLANE_ULPS
+from nusselt.renderer.closed_forms.circles.cones import Rounds, ellipsoids, spheres
+from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.lights import Light
-from nusselt.renderer.vectors import Floats, dot, transform, unit
+from nusselt.renderer.vectors import Bools, Floats, Ints, dot, transform, unit
+from nusselt.renderer.watertight import PLANE_ULPS
 
-from .circle_cones import Rounds, ellipsoids, spheres
 from .occluders import ALONG, BEHIND, INSIDE, TOUCHING
-from .pairing import columns
 
 
 @dataclass(frozen=True, eq=False)

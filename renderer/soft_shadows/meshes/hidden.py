@@ -8,10 +8,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Ints
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.needs import Source
-from nusselt.renderer.vectors import Floats, column, dot
+from nusselt.renderer.vectors import Floats, Ints, column, dot
 from nusselt.renderer.visibility.bvh import morton
 from nusselt.renderer.visibility.shared_points import CommonVisibility
 from nusselt.renderer.visibility.silhouette import Outline
@@ -38,7 +37,7 @@ def shines_clear(source: Source) -> bool:
     """Whether there is nothing in a quad light's way, or a closed surface wholly on its shining side."""
     if source.blockers.hierarchy is None:
         return True
-    outline, light = CommonVisibility.of(source).outline, source.light.parallelogram()
+    outline, light = CommonVisibility.of(source.blockers, source.light).outline, source.light.parallelogram()
     if outline is None or light is None:
         return False
     frame = LightFrame.of(light)
@@ -72,7 +71,7 @@ def hidden_irradiance(
     ValueError
         If the source is not of that kind.
     """
-    view, light = CommonVisibility.of(source), source.light.parallelogram()
+    view, light = CommonVisibility.of(source.blockers, source.light), source.light.parallelogram()
     if view.outline is None or light is None:
         raise ValueError("a quad light and a closed surface before it are needed")
     if not shines_clear(source):

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nusselt.renderer.vectors import Floats, cross
+from .vectors import Floats, cross
 
 EDGE_ULPS = 16 * 2.0**-53
 """Rounding of d . ((B - p) x (C - B)) relative to |d|_1 max|B - p| max|C - B|: two differences (2), a cross
