@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nusselt.renderer.vectors import Ints
+from nusselt.renderer.visibility.ray_offset import RayOffset
 
 from .geometry.arrays import Geometry
 from .geometry.flat_disks import disk_hull
@@ -64,8 +65,8 @@ class Source:
 
     def seen_from(self, points: Floats) -> Source:
         """With only the blockers that can matter to these points (3, n)."""
-        if self.blockers.triangles.size == 0:
-            return self
+        if self.blockers.triangles.size == 0 or self.blockers.offset is not None:
+            return self  # rays that start off the surface can meet what ours cannot: all of it
         return replace(self, blockers=self.blockers.between(points, self.light.hull(), self.light.at_infinity))
 
 
@@ -82,6 +83,12 @@ class Needs:
 
     sources: tuple[Source, ...]
     left_out: tuple[LeftOut, ...]
+
+    def by_rule(self, offset: RayOffset) -> Needs:
+        """The same with shadow rays that start as another renderer's do."""
+        return replace(
+            self, sources=tuple(replace(s, blockers=replace(s.blockers, offset=offset)) for s in self.sources)
+        )
 
     @property
     def visibility(self) -> bool:

@@ -11,9 +11,10 @@ from builders import GREY, floor, geometry, lamp, scene
 from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators import ESTIMATORS, Area, ControlVariate, Exact
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
 from nusselt.renderer.lights.sampling import random_beams
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.scene_text import read_scene
 from nusselt.renderer.surfaces import Ellipsoid

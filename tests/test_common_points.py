@@ -14,9 +14,10 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area, CommonPoints, CommonPointsFixed
 from nusselt.renderer.estimators.common_points import lattice
 from nusselt.renderer.geometry.closed_surfaces import closed_surface
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, SunLight
 from nusselt.renderer.needs import Source
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.surfaces import Ellipsoid, Mesh
 from nusselt.renderer.vectors import column
 from nusselt.renderer.visibility import shared_points as common_visibility

@@ -11,9 +11,10 @@ from test_lights import shading_points_of
 from nusselt.experiments.check.check import Question, References, check
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Analytic
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import DiskLight
 from nusselt.renderer.lights.sampling import unit_square
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.scene_text import parse_scene
 from nusselt.renderer.surfaces import Material

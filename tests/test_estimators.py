@@ -14,9 +14,10 @@ from scipy import stats
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import ESTIMATORS, Analytic, Area, ControlVariate, VisibilityAnalytic, VisibilityCentre
 from nusselt.renderer.estimators.analytic import without_shadows
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
 from nusselt.renderer.lights.sampling import random_beams
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.surfaces import Ellipsoid, Material
 

@@ -10,10 +10,11 @@ from nusselt.renderer.camera.first_hits import first_hits
 from nusselt.renderer.estimators import Area, Exact
 from nusselt.renderer.geometry.arrays import build_geometry
 from nusselt.renderer.geometry.flat_disks import disk_hull, disk_rim
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import PointLight, QuadLight
 from nusselt.renderer.lights.body import Body
 from nusselt.renderer.pixels import render_area
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.surfaces import FlatDisk, Mesh
 from nusselt.renderer.vectors import column, dot, unit

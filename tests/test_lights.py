@@ -11,10 +11,11 @@ from nusselt.mitsuba_bridge.xml import to_xml
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import ESTIMATORS, Analytic, Area, Exact
 from nusselt.renderer.geometry.arrays import build_geometry
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import LIGHTS, DirectionalLight, DiskLight, PointLight, QuadLight, SunLight
 from nusselt.renderer.lights.protocol import ANSWERS, check_kind
 from nusselt.renderer.lights.sampling import one_place, random_beams
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.scene_text import parse_scene, write_scene
 from nusselt.renderer.shading import ShadingPoints

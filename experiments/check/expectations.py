@@ -15,7 +15,8 @@ from nusselt.mitsuba_bridge.reference import ReferenceUnavailable
 from nusselt.mitsuba_bridge.variance import Setting, measure_spread
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area, Estimator
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 from nusselt.renderer.visibility.ray_offset import RayOffset

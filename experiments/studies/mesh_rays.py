@@ -18,8 +18,8 @@ from nusselt.renderer.camera.first_hits import first_hits
 from nusselt.renderer.camera.rays import pixel_centres, primary_directions
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators.common_points import lattice
-from nusselt.renderer.image import prepare
 from nusselt.renderer.needs import Source
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import column, dot
 from nusselt.renderer.visibility.shared_points import CommonVisibility

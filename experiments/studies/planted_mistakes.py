@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,12 @@ from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.scenes import catalogue
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators import Area
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.lights.sampling import random_beams
 from nusselt.renderer.needs import Source
+from nusselt.renderer.prepared import prepare
+from nusselt.renderer.radiance import reflected
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints, lobe
 from nusselt.renderer.surfaces import Material, Mesh
@@ -70,8 +73,7 @@ def _half_pixel(scene: Scene, seed: int) -> Levels:
     for row in range(scene.height):
         view = look(scene, geometry, np.arange(scene.width) + 0.0, np.full(scene.width, float(row)))
         value = view.emission.copy()
-        for source in needs.sources:
-            value[:, view.lit] += estimator(view.points, source, rng)
+        value[:, view.lit] += reflected(view.points, needs, partial(estimator, rng=rng))
         out[:, row] = value
     return to_levels(out)
 

@@ -27,7 +27,8 @@ from nusselt.mitsuba_bridge.reference import Reference, render_reference
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
 from nusselt.mitsuba_bridge.variance import SAMPLERS, Setting, Spread, measure_spread
 from nusselt.renderer.estimators import ESTIMATORS, Estimator
-from nusselt.renderer.image import Image, prepare, render
+from nusselt.renderer.image import Image, render
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Bools, Floats
 

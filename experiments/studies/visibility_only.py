@@ -18,9 +18,9 @@ from nusselt.experiments.runs.measure import measured, small, truth_of
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area, Claim, ControlVariate, Estimator, VisibilityAnalytic, VisibilityCentre
 from nusselt.renderer.estimators.analytic import without_shadows
-from nusselt.renderer.image import prepare
 from nusselt.renderer.lights.sampling import random_beams
 from nusselt.renderer.needs import Needs, Source
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats

@@ -15,8 +15,9 @@ import numpy as np
 
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators.protocol import Estimator
-from nusselt.renderer.image import Image, prepare
+from nusselt.renderer.image import Image
 from nusselt.renderer.needs import LeftOut, Needs
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Bools, Floats, Ints
 

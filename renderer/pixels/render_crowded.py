@@ -10,7 +10,8 @@ import numpy as np
 from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators.protocol import Estimator
-from nusselt.renderer.image import Image, prepare
+from nusselt.renderer.image import Image
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats, Ints
 

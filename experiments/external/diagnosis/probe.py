@@ -12,10 +12,10 @@ import numpy as np
 
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.image import prepare
 from nusselt.renderer.lights import Light
 from nusselt.renderer.lights.sampling import random_beams
 from nusselt.renderer.needs import Source
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, dot
