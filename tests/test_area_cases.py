@@ -12,11 +12,12 @@ from builders import GREY, box, floor, lamp, quad, scene
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators import Analytic, Area, Exact
 from nusselt.renderer.estimators.common_points import lattice
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
 from nusselt.renderer.pixels import render_area, render_centre
 from nusselt.renderer.pixels.doubt import doubtful
 from nusselt.renderer.pixels.shade import regions_of
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.scene_text import read_scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh

@@ -29,7 +29,7 @@ class NoShadows(Area):
 
         from nusselt.renderer.visibility.segments import Blockers
 
-        nothing = Blockers(source.blockers.geometry, *np.zeros((2, 0), dtype=np.int64))
+        nothing = Blockers.nothing(source.blockers.geometry)
         return super().__call__(points, replace(source, blockers=nothing), rng)
 
 

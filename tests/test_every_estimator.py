@@ -11,7 +11,7 @@ from nusselt.experiments.conformance.trials import CLAIMS, TRIALS, run_trial
 from nusselt.experiments.verdict.judge import judge
 from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.estimators import ESTIMATORS, CommonPoints
-from nusselt.renderer.image import prepare
+from nusselt.renderer.prepared import prepare
 
 REFERENCES = References()
 EVERY = pytest.mark.parametrize("kind", ESTIMATORS, ids=lambda kind: kind.name)

@@ -23,8 +23,9 @@ from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable, render_reference
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
 from nusselt.renderer.estimators import Estimator, estimator_named
-from nusselt.renderer.image import Image, prepare, render
+from nusselt.renderer.image import Image, render
 from nusselt.renderer.pixels import AreaImage, render_area
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
 from .estimators import estimator_at, is_path

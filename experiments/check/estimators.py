@@ -10,7 +10,7 @@ from typing import Any
 
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import ESTIMATORS, Estimator
-from nusselt.renderer.image import prepare
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
 PATH = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")

@@ -9,13 +9,14 @@ from concurrent.futures import Executor
 import numpy as np
 
 from nusselt.experiments.verdict.evidence import TILES, Expectations, tile_numbers
+from nusselt.mitsuba_bridge.lights import strata_alike
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import ReferenceUnavailable
 from nusselt.mitsuba_bridge.variance import Setting, measure_spread
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area, Estimator
-from nusselt.renderer.image import prepare, render
-from nusselt.renderer.lights import SunLight
+from nusselt.renderer.image import render
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 from nusselt.renderer.visibility.ray_offset import RayOffset
@@ -38,9 +39,9 @@ SURFACES = 2000
 def same_strategy(scene: Scene, estimator: Estimator) -> str | None:
     """Mitsuba's sampler for the same strategy; None where it has none.
 
-    A sun is a far disk in Mitsuba, laid out otherwise: its strata are not ours.
+    Nor has it strata like ours on every light.
     """
-    if scene.spp > 1 or (estimator.stratified and any(isinstance(light, SunLight) for light in scene.lights)):
+    if scene.spp > 1 or (estimator.stratified and not all(map(strata_alike, scene.lights))):
         return None
     return STRATEGIES.get((estimator.name, estimator.stratified))
 

@@ -13,8 +13,9 @@ from nusselt.experiments.verdict.judge import Verdict
 from nusselt.mitsuba_bridge.reference import GlossyNeedsLLVM, Reference, ReferenceUnavailable
 from nusselt.renderer.estimators import Claim, Estimator
 from nusselt.renderer.estimators.protocol import Bounded
-from nusselt.renderer.image import Image, prepare
+from nusselt.renderer.image import Image
 from nusselt.renderer.needs import LeftOut, Needs
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
 

@@ -17,8 +17,9 @@ from nusselt.experiments.scenes.catalogue import load
 from nusselt.experiments.terminal.options import cluster_option, sampling_options
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.workers import worker_pool
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
 from nusselt.renderer.pixels import AreaImage, CentreImage, render_centre
+from nusselt.renderer.prepared import prepare
 
 
 @click.command()

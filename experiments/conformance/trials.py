@@ -18,7 +18,8 @@ from scipy import stats
 
 from nusselt.experiments.verdict.intervals import Bias, pooled_bias
 from nusselt.renderer.estimators import Analytic, Area, Estimator
-from nusselt.renderer.image import Image, prepare, render
+from nusselt.renderer.image import Image, render
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
 from .scenes import DULL, SCENES, open_scene, shadow_scene

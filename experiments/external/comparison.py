@@ -19,7 +19,8 @@ from nusselt.experiments.images.transfer import RULES, Quantiser, Rule
 from nusselt.experiments.verdict.judge import Verdict, judge
 from nusselt.experiments.verdict.level import Level
 from nusselt.mitsuba_bridge.reference import Reference
-from nusselt.renderer.image import Image, prepare
+from nusselt.renderer.image import Image
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
 from .diagnosis import diagnose

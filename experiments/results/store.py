@@ -131,7 +131,7 @@ def packed(made: Image | Reference) -> Parts:
 
 def unpacked(kind: type[Kept], words: Mapping[str, Any], arrays: Mapping[str, Array]) -> Kept:
     """The image or reference of these fields; TypeError where they are not its own."""
-    told = {name: tuple(value) if isinstance(value, list) else value for name, value in words.items()}
+    told: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in words.items()}
     if "left_out" in told:
         told["left_out"] = tuple(LeftOut(**entry) for entry in told["left_out"])
-    return kind(**arrays, **told)
+    return kind(**(told | dict(arrays)))

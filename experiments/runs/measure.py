@@ -11,7 +11,8 @@ from typing import Any
 
 from nusselt.experiments.check.estimators import noise_free
 from nusselt.renderer.estimators import ControlVariate, Estimator
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 

@@ -15,7 +15,7 @@ from nusselt.experiments.scenes.procedural import GENERATED, generated
 from nusselt.experiments.studies.glossy import shiny
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Analytic, Area, Estimator, Exact
-from nusselt.renderer.image import prepare
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
 Asked = list[tuple[Scene, Estimator]]

@@ -21,14 +21,14 @@ from nusselt.experiments.results.figures import BLUE, GREY, RED, canvas
 from nusselt.experiments.results.study_tables import table
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.scenes.shapes import lamp, plate
-from nusselt.experiments.verdict.intervals import Bools, pooled_bias
+from nusselt.experiments.verdict.intervals import pooled_bias
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, render_reference
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import Image, render
 from nusselt.renderer.scene import Camera, Scene
 from nusselt.renderer.surfaces import Material
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 EDGE = (1e-3, 1 - 1e-3)
 """A penumbra is where this share of the light is seen."""

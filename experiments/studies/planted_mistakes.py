@@ -29,7 +29,7 @@ def tell(number: int, width: int | None, seed: int) -> Outcome:
     started = time.perf_counter()
     told = diagnose(scene, [Raw(levels)], COURSE, scene.light_samples, scene.stratify)
     first = bool(told.mistakes) and told.mistakes[0].name == plant.name
-    row = {"planted": plant.name, "scene": plant.scene, "resolution": [scene.width, scene.height]}
+    row: Row = {"planted": plant.name, "scene": plant.scene, "resolution": [scene.width, scene.height]}
     row |= {"samples": scene.light_samples, "told_first": first, "likely_mistakes": told.rows()}
     row |= {"difference": told.difference, "noise": told.noise, "seconds": time.perf_counter() - started}
     return Outcome([row | {"as_claimed": first}])

@@ -23,14 +23,15 @@ from nusselt.experiments.results.figures import curves
 from nusselt.experiments.results.work_precision import slope
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.scenes.catalogue import load
-from nusselt.experiments.verdict.intervals import Bias, Bools, freedom_of, pooled_bias
+from nusselt.experiments.verdict.intervals import Bias, freedom_of, pooled_bias
 from nusselt.mitsuba_bridge.reference import Reference, render_reference
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
 from nusselt.mitsuba_bridge.variance import SAMPLERS, Setting, Spread, measure_spread
 from nusselt.renderer.estimators import ESTIMATORS, Estimator
-from nusselt.renderer.image import Image, prepare, render
+from nusselt.renderer.image import Image, render
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 SCENES = ("quad-stratified", "three-lights", "cornell-boxes", "glossy")
 SAMPLES = (4, 16, 64)

@@ -19,10 +19,9 @@ from nusselt.experiments.runs.measure import measured, small, truth_of
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area, Claim, ControlVariate, Estimator, VisibilityAnalytic, VisibilityCentre
 from nusselt.renderer.estimators.analytic import without_shadows
-from nusselt.renderer.image import prepare
-from nusselt.renderer.light_points import extended_beams, unit_square
-from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.lights.sampling import random_beams
 from nusselt.renderer.needs import Needs, Source
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats
@@ -48,14 +47,13 @@ class MeanVisibility:
 
     def __call__(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
         out = without_shadows(points, source)
-        if source.blockers.none or not isinstance(source.light, QuadLight):
+        if source.blockers.none or source.light.parallelogram() is None:
             return out
         step = max(1, (1 << 17) // self.samples)
         for start in range(0, points.count, step):
             some = points.take(np.arange(start, min(start + step, points.count)))
-            u, v = unit_square(rng, some.count, self.samples, True)
-            d, _, at_infinity = extended_beams(source.light, some.position, u, v)
-            seen = source.blockers.visible(some.position, some.ellipsoid, d, at_infinity)
+            d, _ = random_beams(source.light, some.position, rng, self.samples, True)
+            seen = source.blockers.visible(some.position, some.ellipsoid, d, source.light.at_infinity)
             out[:, start : start + some.count] *= seen.mean(axis=1)
         return out
 
@@ -102,10 +100,10 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     found = {}
     for outcome in outcomes:
         scene, truth = outcome.rows[0]["scene"], outcome.rows[0]["truth"]
-        lines = {
-            name: tuple([row[key] for row in outcome.rows if row["estimator"] == name] for key in ("samples", "rms_relative"))
-            for name in KINDS
-        }
+        lines = {}
+        for name in KINDS:
+            mine = [row for row in outcome.rows if row["estimator"] == name]
+            lines[name] = [row["samples"] for row in mine], [row["rms_relative"] for row in mine]
         title = f"{scene}: stratified samples per light, error of one pass against {truth}"
         found[scene] = curves(lines, "samples per light", "relative RMS of a pixel", title)
     return found

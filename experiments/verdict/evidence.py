@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
-from .intervals import Bools, average
+from .intervals import average
 
 TILES = 8
 """Tiles a side."""

@@ -10,12 +10,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
-from nusselt.renderer.vectors import Floats
-
-Bools = NDArray[np.bool_]
+from nusselt.renderer.vectors import Bools, Floats
 
 VARIANCE_MARGIN = 0.1
 """A variance that is right within this share is right; so is the spread of passes."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 from .course import CourseScore, course_score
 from .decision import Word, decide
@@ -29,7 +29,7 @@ from .evidence import (
     pixel_counts,
     unjudged,
 )
-from .intervals import Bools, denoised_root, error_of_mean
+from .intervals import denoised_root, error_of_mean
 from .level import Level, findings
 from .rules import MEAN
 

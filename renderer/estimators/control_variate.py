@@ -11,7 +11,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from nusselt.renderer.light_points import beams, colour
+from nusselt.renderer.lights import colour
+from nusselt.renderer.lights.sampling import random_beams
 from nusselt.renderer.needs import Needs, Source
 from nusselt.renderer.shading import ShadingPoints, reflect
 from nusselt.renderer.vectors import Floats
@@ -52,6 +53,7 @@ class ControlVariate:
         return out
 
     def _hidden(self, points: ShadingPoints, source: Source, rng: np.random.Generator, samples: int) -> Floats:
-        d, weight, at_infinity = beams(source.light, points.position, rng, samples, self.stratified)
-        hidden = ~source.blockers.visible(points.position, points.ellipsoid, d, at_infinity, points.normal)
-        return reflect(points, d, weight * hidden, source.glossy) * colour(source.light)
+        light = source.light
+        d, weight = random_beams(light, points.position, rng, samples, self.stratified)
+        hidden = ~source.blockers.visible(points.position, points.ellipsoid, d, light.at_infinity, points.normal)
+        return reflect(points, d, weight * hidden, source.glossy) * colour(light)

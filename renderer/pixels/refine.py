@@ -31,8 +31,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats, Ints
 
 from .edge_fragments import Bits, cut_at_grid
 from .moments import Edges, pieces_of

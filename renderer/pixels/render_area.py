@@ -15,17 +15,17 @@ import numpy as np
 
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators.protocol import Estimator
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.image import Image, prepare
+from nusselt.renderer.image import Image
 from nusselt.renderer.needs import LeftOut, Needs
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats, Ints
 
 from .candidate_edges import find_lines, searched
 from .doubt import doubtful
 from .edge_fragments import bits_of, cut_at_crossings
 from .first_estimates import first_estimates, means
-from .interpolation import WITHIN, Bools, error_bound, fill_centres, shifted
+from .interpolation import WITHIN, error_bound, fill_centres, shifted
 from .moments import Edges, Pieces, pieces_of, visible_edges
 from .refine import Items, refine
 from .regions import Regions

@@ -17,8 +17,9 @@ from nusselt.experiments.workers import cores, worker_pool
 from nusselt.mitsuba_bridge.race import WAYS, Race, Way, run_race
 from nusselt.renderer.estimators import CommonPointsFixed, Estimator, Exact
 from nusselt.renderer.estimators.protocol import Bounded
-from nusselt.renderer.image import Image, prepare, render
+from nusselt.renderer.image import Image, render
 from nusselt.renderer.pixels import render_area, render_centre
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 

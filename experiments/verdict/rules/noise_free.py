@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nusselt.experiments.verdict.evidence import ROUNDING, TILE_MARGIN, Evidence, Side
-from nusselt.experiments.verdict.intervals import Bools
 from nusselt.experiments.verdict.rule import Finding
+from nusselt.renderer.vectors import Bools
 
 UNJUDGED = 1e-3
 """Share of the shaded pixels that may lie within rounding of an edge."""

@@ -13,9 +13,9 @@ import numpy as np
 from scipy import stats
 
 from nusselt.experiments.verdict.evidence import Evidence, Side
-from nusselt.experiments.verdict.intervals import Bools, resting_on
+from nusselt.experiments.verdict.intervals import resting_on
 from nusselt.experiments.verdict.rule import Finding
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 FEWEST = 50
 """Noise that rests on fewer pixels than this is not taken for normal: at 30, lognormal noise of 2.9 means still

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from nusselt.experiments.verdict.evidence import ROUNDING, TILE_MARGIN, TILES, Evidence
-from nusselt.experiments.verdict.intervals import Bools
 from nusselt.experiments.verdict.rule import Finding
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats, cross
+from nusselt.renderer.closed_forms.circles.circles import meet
+from nusselt.renderer.closed_forms.circles.pairing import columns, joined
+from nusselt.renderer.vectors import Floats, Ints, cross
 
-from .circles import meet
 from .conics import Conics
-from .pairing import columns, joined
 from .sections import HalfPlanes, Square
 
 GRID = 1 << 30

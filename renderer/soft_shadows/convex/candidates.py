@@ -7,16 +7,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.light_points import hull
+from nusselt.renderer.closed_forms.circles.pairing import columns
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, column, dot
-from nusselt.renderer.visibility.segments import PLANE_ULPS, Blockers
+from nusselt.renderer.vectors import Floats, Ints, column, dot
+from nusselt.renderer.visibility.segments import Blockers
+from nusselt.renderer.watertight import PLANE_ULPS
 
 from .conics import Conics, may_meet
 from .occluders import INSIDE, TOUCHING, Occluders, occluders
-from .pairing import columns
 from .round_bodies import OUTSIDE, RoundBodies, round_bodies
 from .sections import Lines, Square, gathered
 from .shaft import Bounds, in_shaft, reaching, shaft_planes
@@ -88,7 +87,7 @@ class Standing:
         radius = np.r_[self.flat.radius[self.pieces], self.round.reach[self.balls]]
         if reached:
             half = np.hstack((self.flat.half[:, self.pieces], np.tile(self.round.reach[self.balls], (3, 1))))
-            light = np.abs(hull(self.light)[0]).max()
+            light = np.abs(self.light.hull()).max()
             point, which = reaching(Bounds(center, half, radius, light), points.position, self._square(points).cone())
         else:
             point, which = np.nonzero(np.ones((points.count, radius.size), dtype=bool))

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Ints
-from nusselt.renderer.vectors import Floats, cross, dot
+from nusselt.renderer.closed_forms.circles.circles import ends
+from nusselt.renderer.closed_forms.circles.cones import Rounds
+from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.vectors import Bools, Floats, Ints, cross, dot
 
-from .circle_cones import Rounds
-from .circles import ends
-from .pairing import columns
 from .sections import Square
 
 

@@ -10,13 +10,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Ints
+from nusselt.renderer.closed_forms.circles.boundary_integrals import (
+    lambert_arcs,
+    lambert_circles,
+    lobe_arcs,
+    lobe_circles,
+)
+from nusselt.renderer.closed_forms.circles.circles import CircleArcs
+from nusselt.renderer.closed_forms.circles.pairing import columns
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Bools, Floats, Ints, dot
 
-from .boundary_integrals import lambert_arcs, lambert_circles, lobe_arcs, lobe_circles
-from .circles import CircleArcs
-from .pairing import columns
 from .rims import Arcs
 from .sections import Square
 from .strips import Bodies, Trapezoids

@@ -11,14 +11,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Geometry, Ints
-from nusselt.renderer.lights import Light, QuadLight
-from nusselt.renderer.vectors import Floats, column, cross, dot, unit
-from nusselt.renderer.visibility.segments import PLANE_ULPS, Blockers
+from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.lights import Light
+from nusselt.renderer.vectors import Bools, Floats, Ints, cross, dot, unit
+from nusselt.renderer.visibility.segments import Blockers
+from nusselt.renderer.watertight import PLANE_ULPS
 
 from .convex import Convex, Loop
 from .convex_decomposition import convex_pieces
-from .pairing import columns
 
 INSIDE, TOUCHING, BEHIND = -1, -2, -3
 """Instead of an outline's length: all is hidden; the piece's own faces hide what lies behind them; nothing is."""
@@ -182,9 +183,10 @@ def occluders(geometry: Geometry, light: Light) -> Occluders:
 
 def _before(piece: Convex, light: Light) -> list[Convex]:
     """The part of a piece before a light; a body that may hold the light, face by face."""
-    if not isinstance(light, QuadLight):
+    quad = light.parallelogram()
+    if quad is None:
         return [piece]
-    corner, ab, ac = column(light.corner), column(light.ab), column(light.ac)
+    corner, ab, ac = quad.columns
     normal = unit(-cross(unit(ab), unit(ac)))
     part = piece.in_front(normal, corner)
     if part is None:

@@ -19,17 +19,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Ints
-from nusselt.renderer.light_points import colour, faced_by
-from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.lights import QuadLight, colour
+from nusselt.renderer.lights.facing import faced_by
+from nusselt.renderer.lights.quad_patch import quad_patch
 from nusselt.renderer.needs import Source
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.unshadowed import quad_light, quad_patch
-from nusselt.renderer.vectors import Floats, column, dot
+from nusselt.renderer.vectors import Bools, Floats, Ints, column, dot
 
 from .candidates import Standing, portions
 from .integrals import Integral, displaced, over_arcs, over_nodes, small_lights
-from .pairing import columns
 from .rims import rims
 from .strips import Bodies, Trapezoids, trapezoids
 
@@ -113,7 +112,7 @@ class QuadShadows:
         tally.add("lit", free.size)
         if free.size:
             few = points if free.size == points.count else points.take(free)
-            found.radiance[:, free], found.bound[free] = quad_light(few, self.light, self.source.glossy)
+            found.radiance[:, free], found.bound[free] = self.light.unshadowed(few, self.source.glossy)
         sampled = np.sort(np.concatenate([*left, np.empty(0, dtype=np.int64)]))
         found.bound[sampled] = np.inf
         tally.add("sampled", sampled.size)

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.closed_forms.circles.circles import CircleArcs
+from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.vectors import Floats, Ints
 
-from .circles import CircleArcs
 from .conics import angle
-from .pairing import columns
 from .sections import FINE
 from .strips import Bodies, Trapezoids
 

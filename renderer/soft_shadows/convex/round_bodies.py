@@ -7,15 +7,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Geometry, Ints
-from nusselt.renderer.light_points import hull
-from nusselt.renderer.lights import Light, QuadLight
-from nusselt.renderer.vectors import Floats, column, cross, dot, transform, unit
-from nusselt.renderer.visibility.segments import PLANE_ULPS
+from nusselt.renderer.closed_forms.circles.cones import Rounds, ellipsoids, spheres
+from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.lights import Light
+from nusselt.renderer.vectors import Bools, Floats, Ints, dot, transform, unit
+from nusselt.renderer.watertight import PLANE_ULPS
 
-from .circle_cones import Rounds, ellipsoids, spheres
 from .occluders import ALONG, BEHIND, INSIDE, TOUCHING
-from .pairing import columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,12 +93,13 @@ def round_bodies(geometry: Geometry, light: Light) -> RoundBodies:
     count, axes = geometry.ellipsoids, geometry.axes
     sizes = np.linalg.svd(axes, compute_uv=False).reshape(count, 3)
     behind, awkward = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
-    if isinstance(light, QuadLight) and count:
-        normal = unit(-cross(column(light.ab), column(light.ac)))
-        height = dot(normal, geometry.center - column(light.corner))
+    plane = light.plane()
+    if plane is not None and count:
+        normal, place = plane
+        height = dot(normal, geometry.center - place)
         reach = np.sqrt((np.einsum("eij,i->ej", axes, normal[:, 0]) ** 2).sum(axis=1))
         behind, awkward = height <= -reach, np.abs(height) < reach
-        corners, _ = hull(light)
+        corners = light.hull()
         for k in range(count):
             local = transform(geometry.inverse[k], corners - geometry.center[:, [k]])
             awkward[k] |= bool((dot(local, local) < 1).any())

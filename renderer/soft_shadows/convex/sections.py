@@ -15,10 +15,8 @@ from functools import cached_property
 import numpy as np
 
 from nusselt.renderer.closed_forms import double_double as dd
-from nusselt.renderer.geometry.arrays import Bools, Ints
-from nusselt.renderer.vectors import Floats, cross, dot
-
-from .pairing import columns
+from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.vectors import Bools, Floats, Ints, cross, dot
 
 NO_LINE = -1
 

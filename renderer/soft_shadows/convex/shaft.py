@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Floats, Ints, dot
 
 ROOM = 1e-9
 """How far outside, relative to the sizes, a piece must be: rounding never drops one."""

@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Ints
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.closed_forms.circles.pairing import columns, joined
+from nusselt.renderer.vectors import Bools, Floats, Ints
 
 from .breaks import conic_crossings, line_crossings
 from .conics import Conics
-from .pairing import columns, joined
 from .sections import FINE, NO_LINE, ROUND, HalfPlanes, Square
 
 BOTTOM, TOP = -1, -2

@@ -15,11 +15,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from nusselt.renderer.vectors import Floats, cross
+from .vectors import Floats, cross
 
 EDGE_ULPS = 16 * 2.0**-53
 """Rounding of d . ((B - p) x (C - B)) relative to |d|_1 max|B - p| max|C - B|: two differences (2), a cross
 product (2 x 3) and a sum of three products (3), with room to spare."""
+
+PLANE_ULPS = 16 * 2.0**-53
+"""Rounding of n . (p - a), relative to |n|_1 times the coordinates: a cross product (3), a sum of three
+products (3), and p itself (5, from its barycentric sum), with room to spare."""
 
 SLOPE_ULPS = 8 * 2.0**-53
 """Rounding of n . d relative to |n|_1 max|d|: below it a direction runs along the plane."""

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Floats, Ints, dot
 
-from .circle_cones import Rounds, arc
+from .cones import Rounds, arc
 from .crossings import crossings
 
 EPS = float(np.finfo(np.float64).eps)

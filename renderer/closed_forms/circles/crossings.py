@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Floats, Ints, dot
 
-from .circle_cones import TINY, Rounds, wrapped
+from .cones import TINY, Rounds, wrapped
 
 
 def crossings(circles: Rounds, others: Rounds) -> tuple[Ints, Floats]:

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nusselt.renderer.closed_forms import double_double as dd
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats, cross, dot, frame
+from nusselt.renderer.vectors import Floats, Ints, cross, dot, frame
 
 from .pairing import columns
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Ints
+from nusselt.renderer.vectors import Ints
 
 
 def joined(key: Ints, start: Ints, count: Ints) -> tuple[Ints, Ints]:

@@ -15,11 +15,10 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from nusselt.renderer.closed_forms.arc_lobe import EPS, FALL
-from nusselt.renderer.geometry.arrays import Bools, Ints
-from nusselt.renderer.vectors import Floats, dot, frame
+from nusselt.renderer.vectors import Bools, Floats, Ints, dot, frame
 
-from .circle_cones import ALL, NONE, arc, wrapped
 from .circles import CircleArcs
+from .cones import ALL, NONE, arc, wrapped
 from .pairing import columns
 from .panel_rules import NODES, WEIGHTS, gauss, root
 

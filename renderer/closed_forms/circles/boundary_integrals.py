@@ -20,8 +20,8 @@ import numpy as np
 from nusselt.renderer.closed_forms.arc_lobe import EPS, dot_into, lobe_arcs, no_plane, plane_of
 from nusselt.renderer.vectors import Floats
 
-from .circle_lobe import lobe_circles
 from .circles import lambert_circles
+from .lobe import lobe_circles
 
 __all__ = ["lambert_arcs", "lambert_circles", "lobe_arcs", "lobe_circles"]
 

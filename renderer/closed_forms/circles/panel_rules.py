@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 COUNT = 24
 LAST = 4
