@@ -18,7 +18,7 @@ from nusselt.experiments.runs.experiment import Settings
 from nusselt.experiments.runs.run import Request, run_experiments
 from nusselt.experiments.studies.suite import EXPERIMENTS
 
-SLOW: tuple[str, ...] = ()
+SLOW = ("calibration", "error-against-time", "mesh-cost")
 """Over ten seconds of processor time."""
 
 

@@ -68,8 +68,9 @@ def alone(series: str, estimator: str, samples: int, triangles: int, side: int) 
     """The same in a process of its own. A time is shown, never judged; memory is."""
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         row = pool.apply(one, (estimator, samples, triangles, side))
+    finite = row.pop("finite")
     bounded = triangles > BIGGEST[0] or side > BIGGEST[1] or row["peak_bytes"] <= MOST_BYTES
-    return Outcome([{"series": series} | row | {"as_claimed": row.pop("finite") and bounded}])
+    return Outcome([{"series": series} | row | {"as_claimed": finite and bounded}])
 
 
 def jobs(settings: Settings) -> list[Job]:
@@ -78,8 +79,9 @@ def jobs(settings: Settings) -> list[Job]:
     few, small = settings.pick((100_000, 256), (8_000, 32), (1_000, 16))
     asked = [("triangles", *COMMON, count, small) for count in counts]
     asked += [("pixels", *COMMON, few, side) for side in sides]
-    asked += [("triangles", *EXACT, count, small // 2) for count in counts]
-    asked += [("pixels", *EXACT, few, side // 2) for side in sides[:3]]
+    if settings.pick(True, True, False):
+        asked += [("triangles", *EXACT, count, small // 2) for count in counts]
+        asked += [("pixels", *EXACT, few, side // 2) for side in sides[:3]]
     if settings.pick(True, False, False):
         asked.append(("memory", *COMMON, *BIGGEST))
     names = ("series", "estimator", "samples", "triangles", "side")
@@ -93,6 +95,8 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
         name, power = SERIES[series]
         for (estimator, samples), colour in ((COMMON, BLUE), (EXACT, RED)):
             mine = [row for row in rows if row["series"] == series and row["estimator"] == estimator]
+            if not mine:
+                continue
             sizes, seconds = [row[name] ** power for row in mine], [row["render"] for row in mine]
             label = f"{estimator} {samples}, exponent {slope(sizes, seconds)[0]:.2f}"
             axis.loglog(sizes, seconds, "o-", color=colour, label=label)

@@ -173,7 +173,7 @@ def hold_job(number: int, rows: int, seed: int) -> Outcome:
 
 def jobs(settings: Settings) -> list[Job]:
     """Every defect, and every control; two of them where it must be quick."""
-    defects, controls = settings.pick((len(DEFECTS), len(CONTROLS)), (len(DEFECTS), 2), (2, 1))
+    defects, controls = settings.pick((len(DEFECTS), len(CONTROLS)), (len(DEFECTS), 2), (1, 1))
     told = {"rows": defects + controls, "seed": settings.seed}
     wrong = [Job(find_job, {"number": number, **told}, alone=True) for number in range(defects)]
     return wrong + [Job(hold_job, {"number": number, **told}, alone=True) for number in range(controls)]
