@@ -5,7 +5,7 @@ VENV   ?= .venv
 BIN     = $(VENV)/bin
 STAMP   = $(VENV)/.installed
 
-.PHONY: setup check test lint lock clean
+.PHONY: setup check test lint ci lock clean
 
 setup: $(STAMP)
 
@@ -32,6 +32,8 @@ lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+ci: lint test  ## what continuous integration runs, here and elsewhere
 
 lock:  ## needs uv
 	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --generate-hashes \
