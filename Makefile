@@ -19,7 +19,7 @@ $(STAMP): requirements.lock pyproject.toml setup.py
 	$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@$(BIN)/python -c pass  # the first start finishes the installation of karellen-llvm-core
 	@rm -rf $(VENV)/links && mkdir -p $(VENV)/links/nusselt
-	@cd $(VENV)/links/nusselt && ln -s $(CURDIR)/experiments/nusselt/* $(CURDIR)/renderer $(CURDIR)/mitsuba_bridge $(CURDIR)/experiments .
+	@cd $(VENV)/links/nusselt && ln -s "$(CURDIR)"/experiments/nusselt/* "$(CURDIR)"/renderer "$(CURDIR)"/mitsuba_bridge "$(CURDIR)"/experiments .
 	@touch $(STAMP)
 
 check: setup
