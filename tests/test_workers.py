@@ -2,6 +2,9 @@
 
 import os
 import signal
+import subprocess
+import sys
+import time
 from concurrent.futures import wait
 from pathlib import Path
 
@@ -26,6 +29,34 @@ def die(folder: str) -> None:
 
 def refuse() -> None:
     raise ValueError("no")
+
+
+def process_number(folder: str) -> None:
+    (Path(folder) / str(os.getpid())).touch()
+
+
+KILLED = """
+import os, signal, sys
+sys.path.insert(0, {tests!r})
+from nusselt.experiments.workers import SturdyPool
+from test_workers import process_number
+
+if __name__ == "__main__":
+    SturdyPool(1).submit(process_number, {folder!r}).result()
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_workers_end_with_a_parent_that_was_killed(tmp_path):
+    (tmp_path / "names").mkdir()
+    script = tmp_path / "script.py"
+    script.write_text(KILLED.format(tests=str(Path(__file__).parent), folder=str(tmp_path / "names")))
+    assert subprocess.run([sys.executable, script], check=False).returncode == -signal.SIGKILL
+    (name,) = (path.name for path in (tmp_path / "names").iterdir())
+    until = time.monotonic() + 30
+    while Path(f"/proc/{name}").exists() and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not Path(f"/proc/{name}").exists()
 
 
 @pytest.fixture(scope="module")
