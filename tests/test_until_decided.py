@@ -11,7 +11,7 @@ from builders import floor, lamp, scene
 
 from nusselt.experiments.check import check as check_module
 from nusselt.experiments.check import sequential as until_module
-from nusselt.experiments.check.check import Question
+from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.sequential import check_until
 from nusselt.experiments.combine import combine_images, combine_references
 from nusselt.experiments.inference import Level

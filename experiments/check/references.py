@@ -23,7 +23,9 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
-from .check import Progress, Question, References, appearance
+from .check import Progress, References
+from .expectations import appearance
+from .question import Question
 
 KIND = "nusselt reference"
 FORMAT = 2

@@ -22,8 +22,9 @@ from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image, render
 from nusselt.renderer.scene import Scene
 
-from .check import MAX_SAMPLES, Answer, Progress, Question, appearance, our_image, reference_target, seeds
-from .expectations import Prior, prior_of
+from .check import MAX_SAMPLES, Answer, Progress, our_image, reference_target, seeds
+from .expectations import Prior, appearance, prior_of
+from .question import Question
 from .rows import head_of, row_of, row_without
 
 FOLDER = "passes"

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.experiments.check.check import ROOM, Progress, Question, seeds
+from nusselt.experiments.check.check import ROOM, Progress, seeds
+from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.results.document import package_versions
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable

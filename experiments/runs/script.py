@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import sys
-from typing import Any
 
 import click
 
 from nusselt.experiments.terminal.group import OneLine
-from nusselt.experiments.terminal.options import cluster_option, export_options, reporting_options
+from nusselt.experiments.terminal.options import (
+    Exports,
+    Output,
+    cluster_option,
+    exports_options,
+    output_options,
+    quick_option,
+    seed_option,
+)
 
 from .experiment import Experiment, Settings
 from .run import Request, run_experiments
@@ -19,11 +26,15 @@ def script(experiment: Experiment) -> None:
 
     @click.command(cls=OneLine, help=experiment.summary)
     @click.option("--scenes", multiple=True, metavar="SCENE", help="Instead of its own; may be repeated.")
-    @reporting_options
-    @export_options
+    @quick_option
+    @seed_option
+    @output_options
+    @exports_options
     @cluster_option
-    def command(scenes: tuple[str, ...], quick: bool, seed: int, **where: Any) -> None:
-        settings = Settings(quick, seed, tuple(scenes))
-        sys.exit(run_experiments([experiment], Request(settings, **where)))
+    def command(
+        *, scenes: tuple[str, ...], quick: bool, seed: int, output: Output, exports: Exports, cluster: str | None
+    ) -> None:
+        request = Request(Settings(quick, seed, scenes), cluster=cluster, **vars(output), **vars(exports))
+        sys.exit(run_experiments([experiment], request))
 
     command(prog_name=experiment.name)

@@ -23,7 +23,7 @@ def jobs(settings: Settings) -> list[Job]:
     scenes = [small(scene, 64 if settings.quick else 320) for scene in settings.chosen(UNSHADOWED.scenes)]
     for scene in scenes:
         if prepare(scene).needs.visibility:
-            raise InputError("--scenes", scene.name, "scenes in which nothing blocks: the closed form knows no shadow")
+            raise InputError("scenes", scene.name, "scenes in which nothing blocks: the closed form knows no shadow")
     variants = [v for scene in scenes for v in (scene, shiny(scene, EXPONENT).with_(name=f"{scene.name}-glossy"))]
     return [
         Job(

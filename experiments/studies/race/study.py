@@ -144,7 +144,7 @@ def jobs(settings: Settings) -> list[Job]:
     """One a scene, each with the machine to itself; two scenes where it must be quick."""
     for name in settings.scenes:
         if name not in NAMES:
-            raise InputError("--scenes", name, "one of " + ", ".join(NAMES))
+            raise InputError("scenes", name, "one of " + ", ".join(NAMES))
     seed = settings.seed_of("race")
     return [
         Job(_race, {"scene": name, "quick": settings.quick, "seed": seed}, alone=True)
