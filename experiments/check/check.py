@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.experiments.results.notebook import answer_html
 from nusselt.experiments.verdict import Verdict, judge
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable, render_reference
@@ -61,9 +60,6 @@ class Answer:
     ours: Image
     reference: Reference | None
     verdict: Verdict | None
-
-    def _repr_html_(self) -> str:
-        return answer_html(self.row, self.ours, self.reference)
 
 
 def seeds(seed: int, *names: str) -> list[int]:

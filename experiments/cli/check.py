@@ -154,6 +154,8 @@ def command(
         task = ExternalCheck(scenes, estimator, own, external, reading, references, output, exports, cluster)
         sys.exit(run_external(task, said, command))
     rows = _read_all(asked, said, reading, question)
+    for one in rows:
+        references.given(one.scene)  # refused before anything is rendered
     sys.exit(run_checks(Checks(rows, references, until, output, exports, cluster), question.level.alpha))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -70,7 +69,7 @@ def run_external(task: ExternalCheck, said: Mapping[str, object], command: click
     scene = task.reading.scene(name, question.pixel_rule)
     question.of(scene)
     task.references.given(scene)  # refused before anything is rendered
-    again = shlex.join([*shlex.split(shell_command(command, name, said)), *task.images])
+    again = shell_command(command, name, said, task.images)
     with worker_pool(task.cluster, PATIENCE) as pool, progress_bar(scene.name) as report:
         judging = Judging(question, task.external, again, task.references, pool, report)
         if task.images:

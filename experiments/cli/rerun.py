@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import click
 
@@ -11,7 +11,7 @@ ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv", "c
 """Options of a check that no row depends on."""
 
 
-def shell_command(check: click.Command, scene: str, options: Mapping[str, object]) -> str:
+def shell_command(check: click.Command, scene: str, options: Mapping[str, object], images: Sequence[str] = ()) -> str:
     """The command, for a shell, without what is said by default; ``options`` by their parameters' names."""
     words = ["nusselt", "check", scene]
     for param in check.params:
@@ -25,4 +25,4 @@ def shell_command(check: click.Command, scene: str, options: Mapping[str, object
         else:
             for one in value if isinstance(value, tuple) else (value,):
                 words += [param.opts[0], str(one)]
-    return shlex.join(words)
+    return shlex.join([*words, *images])
