@@ -33,7 +33,7 @@ def number_within(name: str, value: object, low: float, high: float) -> None:
     ------
     InputError
     """
-    if isinstance(value, bool) or not isinstance(value, Real) or not low < value <= high:
+    if isinstance(value, bool) or not isinstance(value, Real) or not low < float(value) <= high:
         most = "" if high == math.inf else f", at most {high:g}"
         raise InputError(name, value, f"a number above {low:g}{most}")
 

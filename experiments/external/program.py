@@ -105,9 +105,9 @@ class ProgramRenderer:
     def __enter__(self) -> ProgramRenderer:
         self._folder = tempfile.TemporaryDirectory(prefix="nusselt-")
         folder = Path(self._folder.name)
-        self._scene = catalogue.file_of(self.name) if self.name else None
-        if self._scene is None:
-            self._scene = folder / "scene.test"
+        given = catalogue.file_of(self.name) if self.name else None
+        self._scene = given or folder / "scene.test"
+        if given is None:
             self._scene.write_text(write_scene(self.scene.with_(output="scene.png")), encoding="utf-8")
         self._xml = folder / "scene.xml"
         if "{xml}" in self.program.command:

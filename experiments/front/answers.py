@@ -17,6 +17,7 @@ from nusselt.experiments.results.document import document, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.notebook import answer_html, results_html
 from nusselt.experiments.results.pictures import write_pictures
+from nusselt.experiments.results.rows import count
 
 WORST_FIRST = ("differs", "undecided", "agrees")
 
@@ -32,7 +33,7 @@ def sentences(row: dict[str, Any]) -> list[str]:
     return [*told, f"again: {row['command']}"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Results:
     """Answers to one question, a row each; ``verdict``, ``row`` and ``agrees`` are those of the worst.
 
@@ -75,16 +76,25 @@ class Results:
     def write(self, folder: str | PathLike[str], **exports: str | PathLike[str]) -> None:
         """Write `results.json` and the images, and what ``csv``, ``junit`` and ``summary`` name files for."""
         out = Path(folder)
+        rows = [{**row, "images": images} for row, images in self.write_pictures(out)]
+        whole = document(rows, alpha=self.alpha)
+        write_json(whole, str(out / "results.json"))
+        write_exports(whole, dict(exports))
+
+    def write_pictures(self, folder: Path, prefix: str = "") -> Iterator[tuple[dict[str, Any], dict[str, str]]]:
+        """Write each row's images into a folder of its own below ``folder``; rows, and what is where by name."""
         for answer, name in zip(self.answers, folders(self.rows), strict=True):
+            place = folder / "-".join(filter(None, (prefix, name)))
             if isinstance(answer, Comparison):
-                answer.row["images"] = write_comparison(answer, out / name)
+                yield answer.row, write_comparison(answer, place)
             else:
-                answer.row["images"] = write_pictures(answer.row, answer.ours, answer.reference, out / name)
-        write_json(self.document, str(out / "results.json"))
-        write_exports(self.document, dict(exports))
+                yield answer.row, write_pictures(answer.row, answer.ours, answer.reference, place)
 
     def __bool__(self) -> bool:
         raise TypeError("results are neither true nor false: ask for .agrees or .verdict")
+
+    def __repr__(self) -> str:
+        return f"<nusselt results: {self.verdict}, {count(len(self.rows), 'row')}>"
 
     def __str__(self) -> str:
         return "\n".join(line for row in self.rows for line in sentences(row))
