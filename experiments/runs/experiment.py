@@ -13,7 +13,10 @@ from nusselt.experiments.scenes.catalogue import load
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
+from .own import Own
+
 Row = dict[str, Any]
+NONE_OWN = Own()
 KINDS = {"pixels": dict, "reference": dict, "images": dict, "left_out": list, "warnings": list}
 """Names of a row that mean the same in every experiment."""
 
@@ -30,11 +33,14 @@ class Settings:
         Root of every job's seed.
     scenes : tuple of str
         Files or classic scenes instead of the experiment's own.
+    own : Own
+        The user's estimators and renderers, beside the experiment's.
     """
 
     quick: bool = False
     seed: int = 0
     scenes: tuple[str, ...] = ()
+    own: Own = NONE_OWN
 
     def chosen(self, own: Sequence[str]) -> list[Scene]:
         """The user's scenes, or else the experiment's own."""
@@ -107,6 +113,8 @@ class Experiment:
         Rows to a Markdown page.
     files : callable, optional
         Rows to further text files, by name.
+    takes_own : bool
+        Whether it looks at the user's estimators and renderers too.
     """
 
     name: str
@@ -117,3 +125,4 @@ class Experiment:
     table: Callable[[Sequence[Row]], Any] | None = None
     text: Callable[[Sequence[Row]], str] | None = None
     files: Callable[[Sequence[Row]], dict[str, str]] | None = None
+    takes_own: bool = False

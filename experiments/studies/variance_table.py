@@ -21,7 +21,8 @@ from scipy import stats
 from nusselt.experiments.check.check import appearance, seeds
 from nusselt.experiments.inference import Bias, Bools, freedom_of, pooled_bias
 from nusselt.experiments.results.figures import curves
-from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
+from nusselt.experiments.runs.experiment import NONE_OWN, Experiment, Job, Outcome, Settings
+from nusselt.experiments.runs.own import Own, OwnRenderer
 from nusselt.experiments.scenes.catalogue import load
 from nusselt.mitsuba_bridge.reference import Reference, render_reference
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
@@ -49,10 +50,18 @@ class Method:
     name: str
     samples: int
     estimator: Estimator | None = None
+    program: OwnRenderer | None = None
 
     @property
     def title(self) -> str:
-        return self.name if self.renderer == "ours" else f"Mitsuba {self.name}"
+        return f"Mitsuba {self.name}" if self.renderer == "mitsuba" else self.name
+
+
+def own_methods(own: Own, scene: Scene, samples: int) -> list[Method]:
+    """The user's estimators, which our renderer runs, and the user's renderers."""
+    ways = [(name, make) for one in own.estimators for name, make in one.ways(scene).items()]
+    found = [Method("ours", name, samples, make(samples)) for name, make in ways]
+    return found + [Method("program", one.name, samples, program=one) for one in own.renderers]
 
 
 def methods(samples: int) -> list[Method]:
@@ -103,6 +112,16 @@ def measure_ours(scene: Scene, estimator: Estimator, judged: Bools, seed: int, p
         seconds.append(time.perf_counter() - started)
         images.append(image.mean.mean(axis=0)[judged])
     return measured_of(np.array(images), np.array(seconds), bool(getattr(estimator, "common", False)))
+
+
+def measure_program(
+    scene: Scene, program: OwnRenderer, samples: int, judged: Bools, seed: int, passes: int
+) -> Measured:
+    """A program's images, each a pass; nothing is known of its pixels, so that only whole images are independent."""
+    with program.opened(scene) as image:
+        made = [image(samples, seed + number) for number in range(passes)]
+    values = np.array([radiance.mean(axis=0)[judged] for radiance, _ in made])
+    return measured_of(values, np.array([seconds for _, seconds in made]), common=True)
 
 
 def measured_of(passes: Floats, seconds: Floats, common: bool) -> Measured:
@@ -207,8 +226,10 @@ def mark_ties(rows: Sequence[dict[str, Any]]) -> None:
         )
 
 
-def scene_rows(scene: Scene, samples: Sequence[int], passes: int, seed: int, timeout: float) -> list[dict[str, Any]]:
-    """All rows of a scene.
+def scene_rows(
+    scene: Scene, samples: Sequence[int], passes: int, seed: int, timeout: float, own: Own = NONE_OWN
+) -> list[dict[str, Any]]:
+    """All rows of a scene, the user's among them.
 
     Raises
     ------
@@ -219,15 +240,17 @@ def scene_rows(scene: Scene, samples: Sequence[int], passes: int, seed: int, tim
     reference = render_reference(
         appearance(scene), seed=their_seed, target_relative_se=ERROR, max_samples=1 << 15, timeout=timeout
     )
-    chosen = [method for count in samples for method in methods(count)]
-    theirs = [method for method in chosen if method.estimator is None]
+    chosen = [method for count in samples for method in (*methods(count), *own_methods(own, scene, count))]
+    theirs = [method for method in chosen if method.renderer == "mitsuba"]
     settings = [Setting(method.name, method.samples, passes + 1) for method in theirs]
     spreads = dict(zip(theirs, measure_spread(scene, settings, seed=their_seed + 1, timeout=timeout), strict=True))
     seen = render(scene, ESTIMATORS[0](), tolerance=ray_tolerance(scene))
     judged = seen.shaded & ~seen.unjudged & (reference.emitter == 0) & (reference.background == 0)
     rows = []
     for method in chosen:
-        if method.estimator is None:
+        if method.program is not None:
+            found = measure_program(scene, method.program, method.samples, judged, ours_seed + 1, passes)
+        elif method.estimator is None:
             found = of_mitsuba(spreads[method], judged)
         else:
             found = measure_ours(scene, method.estimator, judged, ours_seed, passes)
@@ -243,19 +266,17 @@ def small(name: str, width: int) -> Scene:
     return scene.with_(width=width, height=max(1, round(scene.height * width / scene.width)))
 
 
-def scene_job(scene: Scene, samples: tuple[int, ...], seed: int) -> Outcome:
+def scene_job(scene: Scene, samples: tuple[int, ...], seed: int, own: Own) -> Outcome:
     """All rows of a scene."""
-    return Outcome(scene_rows(scene, samples, PASSES, seed, 600.0))
+    return Outcome(scene_rows(scene, samples, PASSES, seed, 600.0, own))
 
 
 def jobs(settings: Settings) -> list[Job]:
     """A scene each, one at a time: they are timed."""
     chosen = settings.scenes or (SCENES[1:3] if settings.quick else SCENES)
     samples, width = (SAMPLES[:2], WIDTH // 2) if settings.quick else (SAMPLES, WIDTH)
-    return [
-        Job(scene_job, {"scene": small(name, width), "samples": samples, "seed": settings.seed}, alone=True)
-        for name in chosen
-    ]
+    shared = {"samples": samples, "seed": settings.seed, "own": settings.own}
+    return [Job(scene_job, {"scene": small(name, width), **shared}, alone=True) for name in chosen]
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
@@ -339,6 +360,7 @@ VARIANCE_TABLE = Experiment(
     SCENES,
     table=variance_table,
     text=markdown,
+    takes_own=True,
 )
 
 if __name__ == "__main__":

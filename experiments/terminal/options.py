@@ -77,6 +77,14 @@ class Exports:
 
 
 @dataclass(frozen=True)
+class OwnWords:
+    """The user's estimators and renderers, as they were named."""
+
+    with_estimator: tuple[str, ...] = ()
+    with_renderer: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Output:
     """Where results go: a folder of pictures and results.json, a file or "-" for standard output."""
 
@@ -132,6 +140,15 @@ exports_options = together(
         click.option(f"--{name}", metavar="FILE", type=click.Path(dir_okay=False), help=f"The rows there as {words}.")
         for name, words in (("csv", "CSV"), ("junit", "JUnit XML"), ("summary", "Markdown under 1 MiB"))
     ),
+)
+
+own_options = together(
+    OwnWords,
+    "own",
+    click.option(
+        "--with", "with_estimator", metavar="MODULE:NAME", multiple=True, help="An estimator of yours; may be repeated."
+    ),
+    click.option("--with-renderer", metavar="COMMAND", multiple=True, help="A renderer of yours; may be repeated."),
 )
 
 quick_option = click.option("--quick", is_flag=True, help="Small images, few samples.")

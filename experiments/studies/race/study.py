@@ -10,10 +10,20 @@ from dataclasses import replace
 from typing import Any
 
 from nusselt.experiments.results.figures import canvas
-from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
+from nusselt.experiments.runs.experiment import NONE_OWN, Experiment, Job, Outcome, Settings
+from nusselt.experiments.runs.own import Own
 from nusselt.experiments.scenes.cameras import views
 from nusselt.experiments.studies.race.measure import Measured, Plan, Rule, by_silhouettes, measure, noise_free
-from nusselt.experiments.studies.race.rows import EVERY, SENTENCE, TARGETS, finalists, raw, row, without_interpolation
+from nusselt.experiments.studies.race.rows import (
+    EVERY,
+    SENTENCE,
+    TARGETS,
+    finalists,
+    own_rows,
+    raw,
+    row,
+    without_interpolation,
+)
 from nusselt.experiments.studies.race.scenes import NAMES, race_scene
 from nusselt.mitsuba_bridge.race import DEFAULT, Way
 from nusselt.renderer.errors import InputError
@@ -33,6 +43,7 @@ BIG = 20_000
 """Triangles beyond which pixels by area take minutes: every one shows several faces, and each is shaded."""
 NONE = "no estimator of ours is exact and without noise in this scene"
 DEAR = "not run: where pixels show several small faces each, ours by area takes minutes"
+OWN_MARKS = "sD^v*P"
 Row = dict[str, Any]
 
 
@@ -44,6 +55,7 @@ def run(
     plan: Plan | None = None,
     side: int | None = None,
     count: int | None = None,
+    own: Own = NONE_OWN,
     progress: Callable[[str], None] | None = None,
 ) -> tuple[list[Row], dict[str, list[Measured]]]:
     """Race scenes; rows, and everything measured by ``scene/rule``.
@@ -55,6 +67,8 @@ def run(
     ----------
     side, count : int, optional
         Pixels high, and cameras a scene, instead of 256 (64 if quick) and `CAMERAS` (1).
+    own : Own
+        The user's estimators and renderers, against the same truth.
 
     Raises
     ------
@@ -82,8 +96,9 @@ def run(
                     progress(f"{view.name}, {rule}")
                 workers = found[0].workers if found else None
                 mine = replace(plans, ways=finalists(found[0])) if found else plans
-                found.append(measure(view, estimator, rule, mine, seed + 100 * number, workers=workers))
+                found.append(measure(view, estimator, rule, mine, seed + 100 * number, workers=workers, own=own))
             rows += [row(name, rule, target, estimator.name, found) for target in TARGETS]
+            rows += [line for target in TARGETS for line in own_rows(name, rule, target, found)]
             if rule == "centre" and by_silhouettes(scene, estimator):
                 every = [without_interpolation(one) for one in found]
                 rows += [row(name, EVERY, target, estimator.name, every) for target in TARGETS]
@@ -118,8 +133,11 @@ def figure(name: str, views_raw: Sequence[dict[str, Any]]) -> Any:
             named.add(label)
 
     for one in views_raw:
-        for laps, race in zip(one["ours"], one["mitsuba"], strict=True):
+        for laps, race, own in zip(one["ours"], one["mitsuba"], one["own"], strict=True):
             line("ours", laps, color="#2b6cb0", marker="o", ms=4, lw=1.5, zorder=3)
+            for index, name_of_own in enumerate(dict.fromkeys(lap["estimator"] for lap in own)):
+                laps_of_own = [lap for lap in own if lap["estimator"] == name_of_own]
+                line(name_of_own, laps_of_own, color="k", marker=OWN_MARKS[index % len(OWN_MARKS)], ms=5, lw=1.5)
             for index, way in enumerate(sorted({lap["configuration"] for lap in race})):
                 mine = [lap for lap in race if lap["configuration"] == way]
                 line(f"Mitsuba: {way}", mine, color=f"C{index + 1}", marker=".", lw=0.8, alpha=0.7)
@@ -130,9 +148,9 @@ def figure(name: str, views_raw: Sequence[dict[str, Any]]) -> Any:
     return drawn
 
 
-def _race(scene: str, quick: bool, seed: int) -> Outcome:
+def _race(scene: str, quick: bool, seed: int, own: Own) -> Outcome:
     """One scene; the first row of each pixel rule keeps the raw times."""
-    rows, measured = run((scene,), quick=quick, seed=seed)
+    rows, measured = run((scene,), quick=quick, seed=seed, own=own)
     for rule in RULES:
         if (found := measured.get(f"{scene}/{rule}")) is not None:
             first = next(one for one in rows if one["pixel_rule"] == rule)
@@ -145,9 +163,9 @@ def jobs(settings: Settings) -> list[Job]:
     for name in settings.scenes:
         if name not in NAMES:
             raise InputError("scenes", name, "one of " + ", ".join(NAMES))
-    seed = settings.seed_of("race")
+    shared = {"quick": settings.quick, "seed": settings.seed_of("race"), "own": settings.own}
     return [
-        Job(_race, {"scene": name, "quick": settings.quick, "seed": seed}, alone=True)
+        Job(_race, {"scene": name, **shared}, alone=True)
         for name in settings.scenes or (QUICK_SCENES if settings.quick else NAMES)
     ]
 
@@ -162,7 +180,12 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
 
 
 ERROR_AGAINST_TIME = Experiment(
-    "error-against-time", "our noise-free images against Mitsuba at its best, turn by turn", jobs, figures, NAMES
+    "error-against-time",
+    "our noise-free images against Mitsuba at its best, turn by turn",
+    jobs,
+    figures,
+    NAMES,
+    takes_own=True,
 )
 
 if __name__ == "__main__":
