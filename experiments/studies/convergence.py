@@ -37,13 +37,19 @@ def fit(scene: Scene, sides: Sequence[int], repeats: int, seed: int, own: Own) -
 
     def add(name: str, series: str, stratified: bool | None, errors: list[float], right: Right) -> None:
         value, low, high = slope(np.array(counts, dtype=float), np.array(errors)) if min(errors) > 0 else NO_SLOPE
-        row = {"scene": scene.name, "estimator": name, "stratified": stratified, "truth": truth.name, "series": series}
+        row: dict[str, Any] = {
+            "scene": scene.name,
+            "estimator": name,
+            "stratified": stratified,
+            "truth": truth.name,
+            "series": series,
+        }
         row |= {"slope": value, "slope_low": low, "slope_high": high, "rms_relative": errors[-1]}
         rows.append(row | {"as_claimed": right(value)})
         arrays[series] = np.array([counts, errors])
 
     for series, stratified in KINDS.items():
-        errors = errors_of(lambda samples, strata=stratified: Area(samples=samples, stratified=strata))
+        errors = errors_of(area(stratified))
         add("area", series, stratified, errors, partial(as_area_should, stratified))
     for one in own.estimators:
         for series, make in one.ways(scene).items():
@@ -56,6 +62,11 @@ def fit(scene: Scene, sides: Sequence[int], repeats: int, seed: int, own: Own) -
             program.name, program.name, None, [rms_of(one, truth) for one in images], partial(as_claimed_by, "unbiased")
         )
     return Outcome(rows, arrays)
+
+
+def area(stratified: bool) -> Callable[[int], Estimator]:
+    """Area sampling, by the number of samples."""
+    return lambda samples: Area(samples=samples, stratified=stratified)
 
 
 Right = Callable[[float | None], bool]
