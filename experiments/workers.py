@@ -165,19 +165,24 @@ class PatientPool(Executor):
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Schedule a call, or make it here and now."""
-        if self._pool is None and not self._here and self._spent >= self._patience:
-            problem = unguarded()
-            if problem:
-                warnings.warn(problem, stacklevel=2)
-                self._here = True
-            else:
-                self._pool = SturdyPool(self._count)
-        if self._pool is not None and portable((fn, *args)):
-            return self._pool.submit(fn, *args, **kwargs)
+        workers = self._workers() if portable((fn, *args)) else None
+        if workers is not None:
+            return workers.submit(fn, *args, **kwargs)
         started = time.perf_counter()
         future = _made_here(fn, args, kwargs)
         self._spent += time.perf_counter() - started
         return future
+
+    def _workers(self) -> SturdyPool | None:
+        """The workers, started once there has been enough work; None where there are none, or there must be none."""
+        if self._pool is None and not self._here and self._spent >= self._patience:
+            problem = unguarded()
+            if problem:
+                warnings.warn(problem, stacklevel=3)
+                self._here = True
+            else:
+                self._pool = SturdyPool(self._count)
+        return self._pool
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the workers, if there are any."""

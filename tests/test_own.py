@@ -130,9 +130,9 @@ def test_a_changed_source_is_another_job(strangers, tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("convergence", "--with", "no_such_module:Name"), "estimator = no_such_module:Name"),
+        (("convergence", "--with", "no_such_module:Name"), "--with = no_such_module:Name"),
         (("convergence", "--with", "stranger:Area2"), "--with = stranger:Area2"),
-        (("convergence", "--with-renderer", "a program"), "renderer = a program"),
+        (("convergence", "--with-renderer", "a program"), "--with-renderer = a program"),
         (("analytic", "--with", "stranger:Halved"), "experiment = analytic"),
     ],
 )

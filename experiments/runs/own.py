@@ -120,17 +120,28 @@ def own_of(paths: Sequence[str], commands: Sequence[str]) -> Own:
     taken = {kind.name for kind in ESTIMATORS}
     estimators = []
     for path in dict.fromkeys(paths):
-        kind = imported_estimator(path)
+        with _called("with_estimator"):
+            kind = imported_estimator(path)
         if kind.name in taken:
             raise InputError("with_estimator", path, f"an estimator with a name of its own, not {kind.name!r}")
         taken.add(kind.name)
         estimators.append(OwnEstimator(path, _digest(_sources(kind.__module__))))
     renderers = []
     for number, command in enumerate(dict.fromkeys(commands), start=1):
-        Program(command)
+        with _called("with_renderer"):
+            Program(command)
         name = "own renderer" if number == 1 else f"own renderer {number}"
         renderers.append(OwnRenderer(command, _digest(_named_files(command)), name))
     return Own(tuple(estimators), tuple(renderers))
+
+
+@contextmanager
+def _called(argument: str) -> Iterator[None]:
+    """An error under the name by which the user gave it."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(argument, error.value, error.accepted) from error
 
 
 def _sources(module: str) -> set[Path]:
