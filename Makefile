@@ -5,7 +5,7 @@ VENV   ?= .venv
 BIN     = $(VENV)/bin
 STAMP   = $(VENV)/.installed
 
-.PHONY: setup check test lint lock clean
+.PHONY: setup check test lint ci lock clean
 
 setup: $(STAMP)
 
@@ -16,10 +16,11 @@ $(STAMP): requirements.lock pyproject.toml setup.py
 	@$(PYTHON) -m venv $(VENV) 2>/dev/null || $(PYTHON) -m virtualenv -q $(VENV) 2>/dev/null || uv venv -q --seed $(VENV) \
 	  || { rm -rf $(VENV); echo "no way to make a virtual environment: $(PYTHON) has no venv module (Debian splits it off as python3-venv), and neither virtualenv nor uv is here" >&2; exit 2; }
 	$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
-	$(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@# The warning left out is one for whoever runs Python beside folders named as the package's: ours are not.
+	PYTHONWARNINGS=ignore $(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@$(BIN)/python -c pass  # the first start finishes the installation of karellen-llvm-core
 	@rm -rf $(VENV)/links && mkdir -p $(VENV)/links/nusselt
-	@cd $(VENV)/links/nusselt && ln -s $(CURDIR)/experiments/nusselt/* $(CURDIR)/renderer $(CURDIR)/mitsuba_bridge $(CURDIR)/experiments .
+	@cd $(VENV)/links/nusselt && ln -s "$(CURDIR)"/experiments/nusselt/* "$(CURDIR)"/renderer "$(CURDIR)"/mitsuba_bridge "$(CURDIR)"/experiments .
 	@touch $(STAMP)
 
 check: setup
@@ -32,6 +33,8 @@ lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+ci: lint test  ## what continuous integration runs, here and elsewhere
 
 lock:  ## needs uv
 	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --generate-hashes \

@@ -10,11 +10,14 @@ import ast
 import os
 import sys
 import threading
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from functools import partial
 from importlib.machinery import PathFinder
 from types import FrameType, ModuleType
 from typing import Any
 
+DEEP = 3
+"""Work holds a job, a job an estimator."""
 GUARD = 'if __name__ == "__main__":'
 
 
@@ -59,9 +62,16 @@ def _guarded(path: str, line: int) -> bool:
 
 def portable(values: Iterable[Any]) -> bool:
     """Whether workers can be sent these: they and their parts are of classes that workers can import."""
-    return all(
-        _importable(type(part)) for value in values for part in (value, *getattr(value, "__dict__", {}).values())
-    )
+    return all(_importable(type(part)) for value in values for part in _parts(value, DEEP))
+
+
+def _parts(value: Any, depth: int) -> Iterator[Any]:
+    """A value and what it is made of, as far as an estimator may lie within work on an image."""
+    yield value
+    if depth:
+        inside = (value.func, *value.args) if isinstance(value, partial) else getattr(value, "__dict__", {}).values()
+        for part in inside:
+            yield from _parts(part, depth - 1)
 
 
 def _importable(kind: type) -> bool:

@@ -9,7 +9,6 @@ Only plain Python types here: a description is JSON, but for its meshes, which a
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -19,24 +18,17 @@ import numpy as np
 from nusselt.renderer.camera.rays import view_frame
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.geometry.arrays import build_geometry
-from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material
-from nusselt.renderer.vectors import Floats, frame
+from nusselt.renderer.vectors import Floats
 
+from .lights import SIZE, approximations, described, rgb
 from .limits import close_blockers
 from .ply import write_ply
 from .tessellation import tessellate
 
-SIZE = 50.0
-"""Half extent of the scene as Mitsuba sees it; its valid range is about 10 to 1000."""
-SUN_DISTANCE = 1e5
-"""Distance of the sun's disk in scene radii: its irradiance is then off by 2e-6 in the mean (measured)."""
-
 ROBUST = "embree_use_robust_intersections"
 """Property of the scene plugin: rays do not slip between two triangles that share an edge."""
-
-Matrix = list[list[float]]
 
 
 @dataclass(frozen=True)
@@ -52,7 +44,8 @@ class Description:
     bsdfs : list of dict
         kind (diffuse, modified_phong) and its colours.
     lights : list of dict
-        kind (rectangle, disk, point, directional), placement and colour; in the scene's order.
+        kind (rectangle, disk, point, directional), placement, colour, and whether it has a ``body`` that stays as a
+        black blocker where it is not lit; in the scene's order.
     two_sided, boxed : bool
         Whether backs reflect; whether a pixel is its box rather than its centre.
     scale : float
@@ -88,7 +81,7 @@ def extent(scene: Scene) -> tuple[Floats, float]:
     points = [geometry.a, geometry.b, geometry.c]
     reach = np.sqrt((geometry.axes**2).sum(axis=2)).T
     points += [geometry.center - reach, geometry.center + reach]
-    points += [np.array(light.position)[:, None] for light in scene.lights if isinstance(light, PointLight)]
+    points += [light.hull() for light in scene.lights if not light.at_infinity]
     every = np.hstack(points)
     if every.size == 0:
         return np.array(scene.camera.position), 1.0
@@ -97,48 +90,16 @@ def extent(scene: Scene) -> tuple[Floats, float]:
     return (low + high) / 2, half if half > 0 else 1.0
 
 
-def _rgb(colour: tuple[float, ...]) -> list[float]:
-    return [float(c) for c in colour]
-
-
 def _bsdf(material: Material) -> dict[str, Any]:
     """Stock `diffuse` wherever it can say the material: no lobe, and no albedo above one."""
     if not material.is_glossy and max(material.diffuse) <= 1:
-        return {"kind": "diffuse", "reflectance": _rgb(material.diffuse)}
+        return {"kind": "diffuse", "reflectance": rgb(material.diffuse)}
     return {
         "kind": "modified_phong",
-        "kd": _rgb(material.diffuse),
-        "ks": _rgb(material.specular),
+        "kd": rgb(material.diffuse),
+        "ks": rgb(material.specular),
         "exponent": float(material.shininess),
     }
-
-
-def _columns(x: Floats, y: Floats, z: Floats, origin: Floats) -> Matrix:
-    matrix = np.eye(4)
-    for k, column in enumerate((x, y, z, origin)):
-        matrix[:3, k] = column
-    return matrix.tolist()
-
-
-def _light(light: Light, place: Any, scale: float) -> dict[str, Any]:
-    if isinstance(light, QuadLight):
-        ab, ac = (np.array(v) * scale / 2 for v in (light.ab, light.ac))
-        # A rectangle faces +(x cross y): ac before ab, so that it emits on the side of -(ab x ac).
-        centre = place(light.corner) + ab + ac
-        to_world = _columns(ac, ab, np.array(light.normal), centre)
-        return {"kind": "rectangle", "to_world": to_world, "radiance": _rgb(light.radiance)}
-    if isinstance(light, PointLight):
-        intensity = [c * scale**2 for c in light.intensity]
-        return {"kind": "point", "position": place(light.position).tolist(), "intensity": intensity}
-    direction = np.array(light.direction)
-    if isinstance(light, DirectionalLight):
-        irradiance = _rgb(light.irradiance)
-        return {"kind": "directional", "direction": (-direction).tolist(), "irradiance": irradiance}
-    distance = SUN_DISTANCE * SIZE
-    x, y = (v[:, 0] for v in frame(-direction[:, None]))
-    radius = distance * math.tan(light.half_angle)
-    to_world = _columns(x * radius, y * radius, -direction, direction * distance)
-    return {"kind": "disk", "to_world": to_world, "radiance": _rgb(light.radiance)}
 
 
 def _camera(scene: Scene, place: Any, size: float) -> dict[str, Any]:
@@ -201,7 +162,7 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
         bsdf = _bsdf(material)
         if bsdf not in bsdfs:
             bsdfs.append(bsdf)
-        shapes.append({**shape, "bsdf": bsdfs.index(bsdf), "emission": _rgb(material.emission)})
+        shapes.append({**shape, "bsdf": bsdfs.index(bsdf), "emission": rgb(material.emission)})
 
     for number, mesh in enumerate(scene.meshes):
         name = f"{stem}-mesh{number}.ply"
@@ -209,13 +170,12 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
         add({"kind": "ply", "file": name, "smooth": False}, mesh.material)
     for number, ellipsoid in enumerate(scene.ellipsoids):
         add(_ball(ellipsoid, place, scale, folder, f"{stem}-ellipsoid{number}.ply", notes), ellipsoid.material)
-    lights = [_light(light, place, scale) for light in scene.lights]
+    lights = [described(light, place, scale) | {"body": light.body() is not None} for light in scene.lights]
     camera = _camera(scene, place, half * scale)
     if np.abs(camera["origin"]).max() > 1e4 * half * scale:
         notes.append("the camera is more than 10,000 scene sizes away: Mitsuba's float32 hit points lose digits")
     for light in scene.lights:
-        if isinstance(light, SunLight) and light.angle > 2:
-            notes.append(f"the sun of {light.angle:g} degrees is a far disk in Mitsuba")
+        notes += approximations(light)
     description = Description(
         camera, shapes, bsdfs, lights, scene.two_sided, scene.spp > 1, scale, centre.tolist(), notes
     )

@@ -5,18 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from nusselt.renderer.vectors import Bools
 
 from .camera.rays import pixel_size
 from .camera.view import View, look
 from .geometry.arrays import Geometry
-from .light_points import beams
+from .lights.sampling import random_beams
 from .needs import Needs, Source
 from .scene import Scene
 from .shading import ShadingPoints
 from .vectors import Floats, dot, frame
-
-Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -66,8 +65,8 @@ def _surface_changes(view: View, moved: View) -> Bools:
 
 def _shadow_changes(source: Source, points: ShadingPoints, tolerance: Tolerance) -> Bools:
     def seen(position: Floats) -> Bools:
-        d, _, at_infinity = beams(source.light, position, np.random.default_rng(0), 1, False)
-        return source.blockers.visible(position, points.ellipsoid, d, at_infinity, points.normal)[:, 0]
+        d, _ = random_beams(source.light, position, np.random.default_rng(0), 1, False)
+        return source.blockers.visible(position, points.ellipsoid, d, source.light.at_infinity, points.normal)[:, 0]
 
     here = seen(points.position)
     lifted = points.position + tolerance.lift * points.normal

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, as_completed
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,13 @@ from numpy.typing import NDArray
 from .ambiguous_pixels import Tolerance, near_edges
 from .camera.rays import pixel_centres
 from .camera.view import View, look
+from .chunks import each
 from .estimators.protocol import Bounded, Estimator
-from .geometry.arrays import Geometry, build_geometry
-from .geometry.recentre import near_origin
-from .needs import LeftOut, Needs, Source, find_needs
+from .needs import LeftOut, Needs, Source
+from .prepared import Prepared, prepare
+from .radiance import reflected
 from .scene import Scene
+from .shading import ShadingPoints
 from .vectors import Floats
 from .visibility.ray_offset import RayOffset
 
@@ -122,41 +124,12 @@ def tiles(scene: Scene, samples: int) -> list[Tile]:
     ]
 
 
-class Prepared(NamedTuple):
-    """What every renderer starts from.
-
-    Parameters
-    ----------
-    scene : Scene
-        Brought near the origin (see `recentre`): the one that ``geometry`` and ``needs`` are of.
-    geometry : Geometry
-    needs : Needs
-    """
-
-    scene: Scene
-    geometry: Geometry
-    needs: Needs
-
-
-@lru_cache(maxsize=2)
-def _prepared(digest: str, everything: bool, moved: bool, scene: Scene) -> Prepared:
-    if moved:
-        scene = near_origin(scene)
-    geometry = build_geometry(scene)
-    return Prepared(scene, geometry, find_needs(scene, geometry, everything))
-
-
-def prepare(scene: Scene, everything: bool = False, moved: bool = True) -> Prepared:
-    """A scene near the origin, its arrays and its needs, found once: the door that every renderer goes through.
-
-    Not ``moved`` for who traces rays by another renderer's rule, which knows where the origin is.
-    """
-    return _prepared(scene.digest(), everything, moved, scene)
-
-
 def _opened(job: Job) -> Prepared:
-    """A job's scene: where it is and with all that is in it, if another renderer's rule is followed."""
-    return prepare(job.scene, job.everything or job.offset is not None, moved=job.offset is None)
+    """A job's scene: where it is, with all that is in it and its rays' own rule, if another renderer's is followed."""
+    if job.offset is None:
+        return prepare(job.scene, job.everything)
+    scene, geometry, needs = prepare(job.scene, everything=True, moved=False)
+    return Prepared(scene, geometry, needs.by_rule(job.offset))
 
 
 def _stream(job: Job, tile: Tile, number: int, light: int) -> np.random.Generator:
@@ -170,25 +143,19 @@ def _stream(job: Job, tile: Tile, number: int, light: int) -> np.random.Generato
 def _shade(job: Job, tile: Tile, number: int, view: View, needs: Needs, routes: Counter[str]) -> tuple[Floats, Floats]:
     """Radiance (3, n): what is seen directly, and every light's share, summed; and bounds (n,)."""
     radiance, bounds = view.emission.copy(), np.zeros(view.background.size)
+
+    def share(points: ShadingPoints, source: Source) -> Floats:
+        rng = _stream(job, tile, number, source.index)
+        if not isinstance(job.estimator, Bounded):
+            return job.estimator(points, source, rng)
+        values, bound, taken = job.estimator.with_bounds(points, source, rng)
+        bounds[view.lit] = np.maximum(bounds[view.lit], bound)
+        routes.update(taken)
+        return values
+
     if view.lit.size:
-        for source in needs.sources:
-            near = _near(job, source, view)
-            rng = _stream(job, tile, number, source.index)
-            if isinstance(job.estimator, Bounded):
-                share, bound, taken = job.estimator.with_bounds(view.points, near, rng)
-                bounds[view.lit] = np.maximum(bounds[view.lit], bound)
-                routes.update(taken)
-            else:
-                share = job.estimator(view.points, near, rng)
-            radiance[:, view.lit] += share
+        radiance[:, view.lit] += reflected(view.points, needs, share)
     return radiance, bounds
-
-
-def _near(job: Job, source: Source, view: View) -> Source:
-    """The source with what may block it here. Rays that start off the surface can meet what ours cannot: all of it."""
-    if job.offset is None:
-        return source.seen_from(view.points.position)
-    return replace(source, blockers=replace(source.blockers, offset=job.offset))
 
 
 class _Moments:
@@ -306,13 +273,15 @@ def render(
     Image
     """
     job = Job(scene, estimator, seed, passes, everything, tolerance, offset)
-    common = getattr(estimator, "common", False)  # one light point at a time: a tile's memory does not grow with them
-    parts = tiles(scene, 1 if common else estimator.samples)
+    shared = estimator.shares_points  # one light point at a time: a tile's memory does not grow with them
+    parts = tiles(scene, 1 if shared else estimator.samples)
     needs = _opened(job).needs
     arrays: dict[str, Any] = {}
     pass_sums: dict[int, Floats] = {}
     routes: Counter[str] = Counter()
-    for done, (tile, result) in enumerate(_run(job, parts, executor), start=1):
+    for done, (tile, result) in enumerate(
+        zip(parts, each(partial(render_tile, job), executor, parts), strict=True), start=1
+    ):
         pass_sums[tile.number] = result.pop("pass_sums")
         routes += result.pop("routes")
         window = (..., slice(tile.rows.start, tile.rows.stop), slice(tile.columns.start, tile.columns.stop))
@@ -333,7 +302,7 @@ def render(
         pass_means=sums.sum(axis=0) / max(shaded.sum(), 1),
         back_faces=back,
         left_out=needs.left_out,
-        clumping=_clumping(sums, arrays["pixel_variance"][shaded]) if common else 1.0,
+        clumping=_clumping(sums, arrays["pixel_variance"][shaded]) if shared else 1.0,
         routes=dict(sorted(routes.items())),
         bound=bound if isinstance(estimator, Bounded) else None,
     )
@@ -345,17 +314,3 @@ def _clumping(sums: Floats, pixel_variance: Floats) -> float:
     if sums.shape[1] < 2 or alone == 0:
         return 1.0
     return max(1.0, float(sums.var(axis=1, ddof=1).sum()) / alone)
-
-
-def _run(job: Job, parts: list[Tile], executor: Executor | None) -> Iterator[tuple[Tile, dict[str, Any]]]:
-    if executor is None:
-        for tile in parts:
-            yield tile, render_tile(job, tile)
-        return
-    futures = {executor.submit(render_tile, job, tile): tile for tile in parts}
-    try:
-        for future in as_completed(futures):
-            yield futures[future], future.result()
-    finally:
-        for future in futures:
-            future.cancel()

@@ -11,11 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from nusselt.renderer.vectors import Ints
+from nusselt.renderer.visibility.ray_offset import RayOffset
+
 from .geometry.arrays import Geometry
-from .light_points import colour, hull
-from .lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from .geometry.flat_disks import disk_hull
+from .lights import Light
 from .scene import Scene
-from .vectors import Floats, column, cross, dot
+from .vectors import Floats, dot
 from .visibility.segments import Blockers, plane_bound
 
 PAIRS = 1 << 22
@@ -58,13 +61,13 @@ class Source:
 
     @property
     def has_extent(self) -> bool:
-        return isinstance(self.light, QuadLight | SunLight)
+        return self.light.has_extent
 
     def seen_from(self, points: Floats) -> Source:
         """With only the blockers that can matter to these points (3, n)."""
-        if self.blockers.triangles.size == 0:
-            return self
-        return replace(self, blockers=self.blockers.between(points, *hull(self.light)))
+        if self.blockers.triangles.size == 0 or self.blockers.offset is not None:
+            return self  # rays that start off the surface can meet what ours cannot: all of it
+        return replace(self, blockers=self.blockers.between(points, self.light.hull(), self.light.at_infinity))
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,12 @@ class Needs:
 
     sources: tuple[Source, ...]
     left_out: tuple[LeftOut, ...]
+
+    def by_rule(self, offset: RayOffset) -> Needs:
+        """The same with shadow rays that start as another renderer's do."""
+        return replace(
+            self, sources=tuple(replace(s, blockers=replace(s.blockers, offset=offset)) for s in self.sources)
+        )
 
     @property
     def visibility(self) -> bool:
@@ -108,14 +117,13 @@ def _receivers(geometry: Geometry) -> Floats:
 
 def _lights_nothing(light: Light, receivers: Floats) -> str:
     """Why a light can be dropped, or an empty string."""
-    if not colour(light).any():
+    if not any(light.colour):
         return "it is black"
     if receivers.shape[1] == 0:
         return "no surface reflects"
-    if isinstance(light, QuadLight):
-        back = -cross(column(light.ab), column(light.ac))
-        if (dot(back, receivers - column(light.corner)) <= 0).all():
-            return "every surface lies behind it"
+    plane = light.plane()
+    if plane is not None and (dot(plane[0], receivers - plane[1]) <= 0).all():
+        return "every surface lies behind it"
     return ""
 
 
@@ -126,8 +134,9 @@ def _blockers(geometry: Geometry, light: Light, receivers: Floats) -> Blockers:
     its own (receiver and light on one side), the receiver's (the triangle below its horizon) or the light's
     (the triangle behind it). First its own plane against all receivers at once, then pair by pair.
     """
-    points, at_infinity = hull(light)
+    points, at_infinity = light.hull(), light.at_infinity
     found = Blockers.everything(geometry).between(receivers, points, at_infinity)
+    found = replace(found, disks=_before(geometry, light, found.disks))
     lit = np.flatnonzero(_reflecting(geometry)[geometry.triangle_surface])
     # Beyond a few thousand, their planes tell little.
     if geometry.ellipsoids or found.triangles.size * lit.size > PAIRS or found.triangles.size == 0:
@@ -156,13 +165,24 @@ def _blockers(geometry: Geometry, light: Light, receivers: Floats) -> Blockers:
     front = lit_height.max(axis=1) > lit_slack
     back = lit_height.min(axis=1) < -lit_slack
     apart |= ((high <= 0) | ~front[:, None]).T & ((low >= 0) | ~back[:, None]).T
-    if isinstance(light, QuadLight):
-        face = -cross(column(light.ab), column(light.ac))
-        _, in_front = heights(face, column(light.corner), blocker)
+    plane = light.plane()
+    if plane is not None:
+        _, in_front = heights(*plane, blocker)
         apart |= (in_front <= 0).T
-        _, receiver_in_front = heights(face, column(light.corner), receiver)
+        _, receiver_in_front = heights(*plane, receiver)
         apart |= receiver_in_front <= 0
-    return Blockers(g, k[~apart.all(axis=1)], found.ellipsoids)
+    return replace(found, triangles=k[~apart.all(axis=1)])
+
+
+def _before(geometry: Geometry, light: Light, disks: Ints) -> Ints:
+    """The disks that rise over a light's plane: its own does not."""
+    plane = light.plane()
+    if plane is None:
+        return disks
+    normal, place = plane
+    hulls = [disk_hull(geometry, index) for index in disks]
+    rises = [(dot(normal, hull - place) > plane_bound(normal, place, hull)).any() for hull in hulls]
+    return disks[np.array(rises, dtype=bool)]
 
 
 def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Needs:
@@ -179,21 +199,21 @@ def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Ne
     receivers = _receivers(geometry)
     left_out: list[LeftOut] = []
     sources: list[Source] = []
-    total = geometry.triangles + geometry.ellipsoids
+    total = geometry.triangles + geometry.ellipsoids + geometry.disks
     for index, light in enumerate(scene.lights):
-        name = f"light {index + 1} ({_KIND[type(light)]})"
+        name = f"light {index + 1} ({light.kind})"
         reason = _lights_nothing(light, receivers)
         if reason:
             left_out.append(LeftOut(name, reason))
             continue
         blockers = _blockers(geometry, light, receivers).gathered()
-        kept = blockers.triangles.size + blockers.ellipsoids.size
+        kept = blockers.count
         if kept == 0:
             left_out.append(LeftOut(f"shadow rays to {name}", "nothing stands between it and a surface it lights"))
         elif kept < total:
             why = "no segment from a surface to the light can cross them"
             left_out.append(LeftOut(f"{total - kept} of {total} blockers of {name}", why))
-        if not isinstance(light, QuadLight | SunLight):
+        if not light.has_extent:
             left_out.append(LeftOut(f"further samples of {name}", "it has no extent"))
         sources.append(Source(index, light, blockers, scene.is_glossy))
     if scene.lights and not scene.is_glossy:
@@ -203,11 +223,3 @@ def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Ne
     if not scene.lights:
         left_out.append(LeftOut("shading", "the scene has no light"))
     return Needs(tuple(sources), tuple(left_out))
-
-
-_KIND: dict[type, str] = {
-    QuadLight: "quad",
-    PointLight: "point",
-    DirectionalLight: "directional",
-    SunLight: "sun",
-}

@@ -117,7 +117,8 @@ class Scene:
 
     @property
     def quad_lights(self) -> tuple[QuadLight, ...]:
-        return tuple(light for light in self.lights if isinstance(light, QuadLight))
+        """The lights that are parallelograms."""
+        return tuple(quad for quad in (light.parallelogram() for light in self.lights) if quad is not None)
 
     @property
     def materials(self) -> tuple[Material, ...]:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from .geometry.arrays import Ints
+from nusselt.renderer.vectors import Ints
+
 from .vectors import Floats, dot
 
 

@@ -180,3 +180,21 @@ class Ellipsoid:
             return abs(a)  # to the last bit
         values = np.linalg.svd(np.array(self.axes), compute_uv=False)
         return float(values[1]) if values[0] - values[2] <= 1e-12 * values[0] else None
+
+
+@dataclass(frozen=True)
+class FlatDisk:
+    """A flat disk, black on both sides but for what its front emits: the body of a light, never a surface of its own.
+
+    Parameters
+    ----------
+    center : Vec3
+    normal : Vec3
+        Unit normal of the front.
+    radius : float
+        Above 0, scene units.
+    """
+
+    center: Vec3
+    normal: Vec3
+    radius: float

@@ -18,7 +18,7 @@ from nusselt.experiments.scenes import catalogue
 from nusselt.experiments.scenes.cameras import views
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators import Analytic
-from nusselt.renderer.image import prepare
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Camera, Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 

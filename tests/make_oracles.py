@@ -1,4 +1,4 @@
-"""Writes experiments/oracles/stiff.json and random.json: python tests/make_oracles.py. Ten minutes; mpmath alone.
+"""Writes experiments/studies/stability/oracles-*.json: python tests/make_oracles.py. Ten minutes; mpmath alone.
 
 A case: kind (E irradiance, I lobe), name, x, n, P, e1, e2, w, s, oracle (25 digits, for exactly the float64 numbers
 written) and condition: how many times a relative change of the inputs is found again in the value, the largest of
@@ -206,15 +206,14 @@ def write(path: Path, cases: list[Case]) -> None:
 
 
 def main() -> None:
-    folder = Path(__file__).parent.parent / "experiments" / "studies" / "stability" / "oracles"
-    folder.mkdir(exist_ok=True)
+    folder = Path(__file__).parent.parent / "experiments" / "studies" / "stability"
     with mp.workdps(40):
         for name, cases, conditions in (
             ("stiff", irradiances() + lobes(), True),
             ("random", stiff(1, 250, "E") + stiff(2, 150, "I"), False),
         ):
             done = solved(cases, conditions)
-            write(folder / f"{name}.json", done)
+            write(folder / f"oracles-{name}.json", done)
             print(name, len(done), "second method differs by", second_method(done), flush=True)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from nusselt.experiments.files import write_image
+from nusselt.experiments.images.write import write_image
 from nusselt.experiments.results.document import document, write_json
 from nusselt.experiments.results.pictures import write_difference
 

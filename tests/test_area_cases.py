@@ -12,11 +12,12 @@ from builders import GREY, box, floor, lamp, quad, scene
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators import Analytic, Area, Exact
 from nusselt.renderer.estimators.common_points import lattice
-from nusselt.renderer.image import prepare, render
-from nusselt.renderer.lights import DirectionalLight, PointLight, SunLight
+from nusselt.renderer.image import render
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
 from nusselt.renderer.pixels import render_area, render_centre
 from nusselt.renderer.pixels.doubt import doubtful
 from nusselt.renderer.pixels.shade import regions_of
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.scene_text import read_scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
@@ -217,3 +218,23 @@ def test_doubt_is_where_a_shadow_fits_in_a_pixel():
     assert found(0.5, PointLight((0.0, 2.5, 0.0), (1, 1, 1)))[0].shape[1] > 10  # a hard shadow always fits
     assert found(0.5, DirectionalLight((0.2, 1, 0), (1, 1, 1)))[0].shape[1] > 10
     assert found(0.5, SunLight((0.2, 1, 0), (1, 1, 1), 0.5))[0].shape[1] > 10
+
+
+def touching_boxes():
+    """Two boxes that touch, on a floor, under a lamp so small that no penumbra at their feet is wider than a pixel."""
+    solids = box((0.098, 0, -0.491), (0.528, 0.892, 0.229)), box((0.528, 0, -0.558), (0.845, 0.373, -0.094))
+    light = QuadLight((1.03, 2.634, -0.575), (0, 0, 0.218), (0.3, 0, 0), (8.5, 8.4, 3.2))
+    camera = Camera((1.457, 1.254, 4.5), (-0.082, 0.2, 0), (0, 1, 0), 51.3)
+    return scene(floor(3), *solids, lights=(light,), camera=camera, size=(20, 15))
+
+
+def test_shadows_at_two_sides_of_a_contact_are_refined_until_they_are_told_apart():
+    """A change between two coarse grids that happens to be small proves nothing while shadows fit between the points.
+
+    Pixel (12, 8) by 2 x 96 x 96 jittered rays, whose halves agree to 4e-4.
+    """
+    view = touching_boxes()
+    found = render_area(view, Exact(), tolerance=1e-2)
+    np.testing.assert_allclose(found.image.mean[:, 8, 12], (7.0911e-3, 7.0077e-3, 2.6696e-3), rtol=1e-2)
+    truth = brute(view, 610)
+    assert ((found.image.mean - truth) ** 2).sum() < found.error**2 * (truth**2).sum()

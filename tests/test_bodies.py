@@ -11,9 +11,10 @@ from builders import GREY, floor, geometry, lamp, scene
 from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators import ESTIMATORS, Area, ControlVariate, Exact
-from nusselt.renderer.image import prepare, render
-from nusselt.renderer.light_points import beams
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.lights.sampling import random_beams
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.scene_text import read_scene
 from nusselt.renderer.surfaces import Ellipsoid
@@ -55,11 +56,11 @@ def test_no_light_gets_into_a_two_sided_body(body, light):
     points, (source,) = as_seen(made)
     assert points.count > 400
     assert (points.ellipsoid == -1).all()  # none lies on its outside
-    d, weight, endless = beams(light, points.position, np.random.default_rng(1), 25, True)
+    d, weight = random_beams(light, points.position, np.random.default_rng(1), 25, True)
     above = (dot(points.normal[:, :, None], d) > 0) & (weight > 0)
     assert above.sum() > 100
     for normal in (points.normal, None):
-        assert not source.blockers.visible(points.position, points.ellipsoid, d, endless, normal)[above].any()
+        assert not source.blockers.visible(points.position, points.ellipsoid, d, light.at_infinity, normal)[above].any()
     for kind in (Area, *SAMPLED[1:4]):
         assert not shining(made, kind).any()
 

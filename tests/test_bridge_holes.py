@@ -10,8 +10,8 @@ import pytest
 from builders import box, floor, quad, scene
 from test_calibration import image_of, reference_of
 
-from nusselt.experiments.inference import Level
-from nusselt.experiments.verdict import judge
+from nusselt.experiments.verdict.judge import judge
+from nusselt.experiments.verdict.level import Level
 from nusselt.mitsuba_bridge.export import export_scene
 from nusselt.mitsuba_bridge.llvm import backend
 from nusselt.mitsuba_bridge.process import environment

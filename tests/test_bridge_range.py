@@ -7,7 +7,7 @@ import pytest
 from builders import box, floor, lamp, scene
 
 from nusselt.mitsuba_bridge.description import describe
-from nusselt.mitsuba_bridge.limits import distance_to_triangles
+from nusselt.mitsuba_bridge.distance import distance_to_triangles
 from nusselt.mitsuba_bridge.reference import render_reference
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight

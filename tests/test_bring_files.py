@@ -16,9 +16,8 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from nusselt.experiments.cli.main import main
-from nusselt.experiments.files import write_image
-from nusselt.experiments.images.formats import READERS
-from nusselt.experiments.images.read import is_image, quantiser_of, read_image
+from nusselt.experiments.images.read import READERS, is_image, quantiser_of, read_image
+from nusselt.experiments.images.write import write_image
 from nusselt.renderer.errors import InputError
 
 WIDTH, HEIGHT = 24, 18

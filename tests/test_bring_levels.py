@@ -10,8 +10,8 @@ from scipy import stats
 
 from nusselt.experiments.external.expected import course_scores
 from nusselt.experiments.external.shared_noise import common_noise, repeated_noise
-from nusselt.experiments.files import to_levels
 from nusselt.experiments.images.formats import Raw
+from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.images.transfer import RULES, Quantiser, Transfer
 
 FALSE_ALARM = 1e-6

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from nusselt.experiments.external.diagnosis import HYPOTHESES, diagnose
-from nusselt.experiments.files import to_levels
 from nusselt.experiments.images.formats import Raw
+from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.studies.planted_mistakes import PLANTS, planted_scene
 from nusselt.experiments.studies.planted_table import COURSE, try_plant
 from nusselt.renderer.estimators import Area

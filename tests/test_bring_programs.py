@@ -17,7 +17,7 @@ from nusselt.experiments.check.references import Cache, read_reference, write_re
 from nusselt.experiments.cli.main import main
 from nusselt.experiments.external.ground_truth import as_reference
 from nusselt.experiments.external.program import Program, ProgramFailed, ProgramRenderer
-from nusselt.experiments.files import write_image
+from nusselt.experiments.images.write import write_image
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Analytic, Area
 from nusselt.renderer.image import render

@@ -1,4 +1,4 @@
-"""The instrument calibrated: the array version is the real one, null data hardly ever differ, power is as printed."""
+"""The instrument calibrated: many rows are judged as one, null data hardly ever differ, power is as printed."""
 
 from __future__ import annotations
 
@@ -8,9 +8,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from nusselt.experiments import spreads
-from nusselt.experiments.inference import Level
-from nusselt.experiments.many_reports import Rows, judge_many
 from nusselt.experiments.studies import calibration
 from nusselt.experiments.studies.calibration import (
     SIMULATED,
@@ -20,43 +17,45 @@ from nusselt.experiments.studies.calibration import (
     interval,
     power,
     power_at_smallest,
+    simulated,
 )
-from nusselt.experiments.verdict import Prior, judge
+from nusselt.experiments.verdict.decision import decide
+from nusselt.experiments.verdict.evidence import Expectations
+from nusselt.experiments.verdict.judge import judge
+from nusselt.experiments.verdict.level import Level, findings
+from nusselt.experiments.verdict.rules.channels import Channels
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
 
 
 def image_of(passes) -> Image:
-    """A grey image with these passes (n, p)."""
-    p = passes.shape[1]
-    side = int(p**0.5)
-    plane = (side, side)
-    mean, variance = passes.mean(axis=0).reshape(plane), passes.var(axis=0, ddof=1).reshape(plane)
-    zero, three = np.zeros(plane), (3, *plane)
+    """An image with these passes, (n, p) grey or (n, c, p)."""
+    side = int(passes.shape[-1] ** 0.5)
+    values = np.broadcast_to(passes.reshape(len(passes), -1, side, side), (len(passes), 3, side, side))
+    grey, zero = values.mean(axis=1), np.zeros((side, side))
     return Image(
-        first=np.broadcast_to(passes[0].reshape(plane), three),
-        mean=np.broadcast_to(mean, three),
-        variance=np.broadcast_to(variance, three),
-        pixel_variance=variance,
-        level_mean=np.zeros(three),
-        level_variance=np.zeros(three),
+        first=values[0],
+        mean=values.mean(axis=0),
+        variance=values.var(axis=0, ddof=1),
+        pixel_variance=grey.var(axis=0, ddof=1),
+        level_mean=np.zeros((3, side, side)),
+        level_variance=np.zeros((3, side, side)),
         emitter=zero,
         background=zero,
         unjudged=zero > 0,
-        pass_means=passes.mean(axis=1),
+        pass_means=grey.mean(axis=(1, 2)),
         back_faces=0,
         left_out=(),
     )
 
 
 def reference_of(passes) -> Reference:
-    """A grey reference with these passes (r, p)."""
+    """A reference with these passes, (r, p) grey or (r, c, p)."""
     made = image_of(passes)
-    error = np.sqrt(made.pixel_variance / len(passes))
     return Reference(
         mean=made.mean,
-        standard_error=np.broadcast_to(error, made.mean.shape),
-        pixel_standard_error=error,
+        standard_error=np.sqrt(made.variance / len(passes)),
+        pixel_standard_error=np.sqrt(made.pixel_variance / len(passes)),
         emitter=made.emitter,
         background=made.background,
         holes=np.zeros_like(made.background),
@@ -72,37 +71,28 @@ def reference_of(passes) -> Reference:
     )
 
 
-def delta_method(ours, theirs):
-    return float((ours / ours.mean() - theirs / theirs.mean()).std(ddof=1) / ours.size**0.5)
-
-
 @pytest.mark.parametrize("world", SIMULATED, ids=lambda world: world.name)
-def test_the_array_version_is_the_real_one(world, monkeypatch):
-    """Null, and with a bias, a tile and a variance that differ."""
-    monkeypatch.setattr(spreads, "log_ratio_error", delta_method)
+def test_rows_of_a_batch_are_judged_as_alone(world):
+    """Null, and with a bias, a pixel and a variance that differ: simulated evidence, and that of images, row by row."""
     rng, level, margin = np.random.default_rng(8), Level(0.05, 2), 1e-3
-    rows = world.rows(rng, 12)
-    ours = rows.ours.astype(np.float64)
+    n, r, k = world.passes
+    ours, theirs, others = np.split(world.draw(rng, 12, n + r + k).astype(np.float64), [n, n + r], axis=1)
     ours[3] *= 1.3
-    ours[4, :, 0] += 50
+    ours[4, ..., 0] += 50
     ours[5] = 1 + 3 * (ours[5] - 1)
-    theirs = rows.theirs.astype(np.float64)
-    others = None if rows.others is None else rows.others.astype(np.float64)
-    many = judge_many(Rows(ours, theirs, others, rows.independent), margin, level)
-    words = set()
-    for k in range(12):
-        image, reference = image_of(ours[k]), reference_of(theirs[k])
-        variance = None if others is None else image_of(others[k]).pixel_variance
-        prior = Prior(independent=rows.independent, variance=variance)
-        one = judge(image, reference, passes=len(ours[k]), margin=margin, level=level, prior=prior)
-        words.add(one.word)
-        assert (one.word == "differs") == many.differs[k], (k, one.reason)
-        assert one.bias_relative == pytest.approx(many.bias[k], rel=1e-9, abs=1e-12)
-        assert one.bias_interval[1] == pytest.approx(many.bias[k] + many.reach[k], rel=1e-9, abs=1e-12)
-        assert one.minimum_detectable_bias == pytest.approx(many.smallest[k], rel=1e-9)
-        if many.objected[k]:
-            assert one.word != "agrees"
-    assert "differs" in words
+    many = findings(simulated(ours, theirs, others if k else None, margin, world.shares_points), level)
+    for row in range(12):
+        image, reference = image_of(ours[row]), reference_of(theirs[row])
+        variance = image_of(others[row]).pixel_variance if k else None
+        expectations = Expectations(world.shares_points, variance)
+        verdict = judge(image, reference, passes=n, margin=margin, level=level, expectations=expectations)
+        word, reason, more = decide(many.values(), row)
+        assert (verdict.word, verdict.more) == (word, more), (row, verdict.reason, reason)
+        figures = many["mean"].figures
+        for name in ("bias_relative", "bias_interval", "minimum_detectable_bias"):
+            assert getattr(verdict, name) == pytest.approx(figures[name][row], rel=1e-9, abs=1e-12)
+        np.testing.assert_allclose(verdict.tiles, many["tiles"].figures["tiles"][row], rtol=1e-9, atol=1e-12)
+    assert many["mean"].fails.any() or many["tiles"].fails.any()
 
 
 @pytest.mark.parametrize("world", SIMULATED, ids=lambda world: world.name)
@@ -139,27 +129,37 @@ def test_heavy_tails_and_few_passes_never_agree():
     """With a margin so wide that everything else would."""
     rng = np.random.default_rng(9)
     for world in SIMULATED:
-        found = judge_many(world.rows(rng, 40), 10.0, Level(1e-3, 1))
-        rows = world.rows(rng, 3)
-        for k in range(3):
-            few = reference_of(rows.theirs[k, :8].astype(np.float64))
-            image = image_of(rows.ours[k].astype(np.float64))
-            prior = Prior(independent=rows.independent)
-            one = judge(image, few, passes=len(rows.ours[k]), margin=10.0, level=Level(1e-3, 1), prior=prior)
-            assert one.word == "undecided", one.reason
-            assert "decide" in one.reason
-        assert found.objected.dtype == bool
+        n, _, _ = world.passes
+        ours, few = np.split(world.draw(rng, 3, n + 8), [n], axis=1)
+        said = findings(simulated(ours, few, None, 10.0, world.shares_points), Level(1e-3, 1)).values()
+        for row in range(3):
+            word, reason, _ = decide(said, row)
+            assert word == "undecided", reason
+            assert "decide" in reason
 
 
-def test_swapped_channels_differ_though_their_average_is_right():
+@pytest.mark.parametrize("shares_points", [False, True])
+def test_swapped_channels_differ_though_their_average_is_right(shares_points):
     rng = np.random.default_rng(12)
-    level = np.array([0.8, 0.5, 0.2])[:, None, None]
-    noise = rng.normal(size=(40, 1, 20, 20)) * 0.05
-    image, reference = (image_of(noise[:4, 0].reshape(4, -1)), reference_of(noise[4:, 0].reshape(36, -1)))
+    level = np.array([0.8, 0.5, 0.2])[:, None]
+    noise = rng.normal(size=(1, 72, 1, 1 if shares_points else 400)) * 0.02
+    ours, theirs = np.split(noise + np.zeros(400), 2, axis=1)
     for order, word in (((0, 1, 2), "agrees"), ((2, 1, 0), "differs")):
-        ours = dataclasses.replace(image, mean=level[list(order)] + image.mean, first=level + image.first)
-        theirs = dataclasses.replace(reference, mean=level + reference.mean, pass_means=0.5 + reference.pass_means)
-        assert judge(ours, theirs, passes=4, margin=0.05, level=Level(1e-3, 1)).word == word
+        evidence = simulated(level[list(order)] + ours, level + theirs, None, 0.05, shares_points)
+        said = findings(evidence, Level(1e-3, 1))
+        assert decide(said.values())[0] == word
+        assert said["channels"].fails[0] == (word == "differs")
+
+
+def test_channels_that_share_points_need_more_than_their_pixels_noise():
+    """Judged as if each pixel had light points of its own, colours that are right are called wrong."""
+    rng = np.random.default_rng(13)
+    world = next(world for world in SIMULATED if world.name == "shared light points, three channels")
+    right = world.rows(rng, 200)
+    liar = dataclasses.replace(right, shares_points=False)
+    rule, level = Channels(), 0.01
+    assert rule(right, level).fails.sum() <= stats.binom.isf(1e-6, 200, level)
+    assert rule(liar, level).fails.sum() > 100
 
 
 def test_a_pool_is_dealt_without_repeats():

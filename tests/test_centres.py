@@ -14,8 +14,9 @@ from nusselt.experiments.scenes.meshes import displaced_sphere
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Analytic, Area, Exact
 from nusselt.renderer.geometry.arrays import build_geometry
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
 from nusselt.renderer.pixels import regions, render_centre
+from nusselt.renderer.prepared import prepare
 
 
 def over_floor(side: int):

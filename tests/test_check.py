@@ -13,8 +13,8 @@ from nusselt.experiments.check import check as check_module
 from nusselt.experiments.check.check import References, check, seeds
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.rows import as_claimed
-from nusselt.experiments.inference import Level
 from nusselt.experiments.results.document import exit_code
+from nusselt.experiments.verdict.level import Level
 from nusselt.mitsuba_bridge import reference as reference_module
 from nusselt.mitsuba_bridge.llvm import Backend
 from nusselt.mitsuba_bridge.process import ReferenceUnavailable

@@ -18,9 +18,9 @@ from nusselt.renderer.closed_forms.lobe_fan import lobe_by_area
 from nusselt.renderer.closed_forms.phong_lobe import phong_lobe
 from nusselt.renderer.vectors import cross, dot, unit
 
-FOLDER = Path(__file__).parent.parent / "experiments" / "studies" / "stability" / "oracles"
-STIFF = json.loads((FOLDER / "stiff.json").read_text())
-RANDOM = json.loads((FOLDER / "random.json").read_text())
+FOLDER = Path(__file__).parent.parent / "experiments" / "studies" / "stability"
+STIFF = json.loads((FOLDER / "oracles-stiff.json").read_text())
+RANDOM = json.loads((FOLDER / "oracles-random.json").read_text())
 EPS = 2.0**-52
 
 

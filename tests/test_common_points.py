@@ -14,9 +14,10 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area, CommonPoints, CommonPointsFixed
 from nusselt.renderer.estimators.common_points import lattice
 from nusselt.renderer.geometry.closed_surfaces import closed_surface
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, SunLight
 from nusselt.renderer.needs import Source
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.surfaces import Ellipsoid, Mesh
 from nusselt.renderer.vectors import column
 from nusselt.renderer.visibility import shared_points as common_visibility
@@ -67,7 +68,7 @@ def test_silhouettes_hide_what_testing_every_triangle_hides(shape, light, turned
         mesh = Mesh(mesh.vertices, mesh.triangles[::-1])
     g = geometry(mesh)
     source = Source(0, light, Blockers.everything(g).gathered(), False)
-    view = CommonVisibility.of(source)
+    view = CommonVisibility.of(source.blockers, source.light)
     assert view.outline is not None
     p, _ = rays(mesh, 700, seed=5)
     own = np.full(p.shape[1], -1)

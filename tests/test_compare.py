@@ -15,9 +15,9 @@ from test_cli import run
 
 from nusselt.experiments.check.check import References, check
 from nusselt.experiments.check.question import Question
-from nusselt.experiments.inference import error_of_mean
 from nusselt.experiments.results.compare import compare_rows, holm
 from nusselt.experiments.results.document import document, write_json
+from nusselt.experiments.verdict.intervals import error_of_mean
 from nusselt.renderer.estimators import Area
 
 FALSE_ALARM = 1e-6

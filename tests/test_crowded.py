@@ -13,9 +13,9 @@ from nusselt.experiments.studies.race.scenes import bumpy_ball_scene
 from nusselt.renderer.camera import rays as camera
 from nusselt.renderer.camera import view
 from nusselt.renderer.estimators import Exact
-from nusselt.renderer.image import prepare
 from nusselt.renderer.pixels import render_area
 from nusselt.renderer.pixels import supersampling as crowded
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.visibility.segments import small_triangles
 
 

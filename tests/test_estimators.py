@@ -14,9 +14,10 @@ from scipy import stats
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import ESTIMATORS, Analytic, Area, ControlVariate, VisibilityAnalytic, VisibilityCentre
 from nusselt.renderer.estimators.analytic import without_shadows
-from nusselt.renderer.image import prepare, render
-from nusselt.renderer.light_points import extended_beams, unit_square
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.lights.sampling import random_beams
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.surfaces import Ellipsoid, Material
 
@@ -97,9 +98,8 @@ class MeanVisibility(VisibilityAnalytic):
     name: ClassVar[str] = "mean-visibility"
 
     def __call__(self, points, source, rng):
-        u, v = unit_square(rng, points.count, self.samples, True)
-        d, _, at_infinity = extended_beams(source.light, points.position, u, v)
-        seen = source.blockers.visible(points.position, points.ellipsoid, d, at_infinity)
+        d, _ = random_beams(source.light, points.position, rng, self.samples, True)
+        seen = source.blockers.visible(points.position, points.ellipsoid, d, source.light.at_infinity)
         return without_shadows(points, source) * seen.mean(axis=1)
 
 

@@ -13,9 +13,10 @@ from scipy import stats
 from nusselt.experiments.scenes import catalogue
 from nusselt.renderer.estimators import Area, Exact
 from nusselt.renderer.geometry.arrays import build_geometry
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
 from nusselt.renderer.needs import Source
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.soft_shadows.convex import sections
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh

@@ -12,7 +12,6 @@ from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.needs import Source
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.soft_shadows.convex import integrals
-from nusselt.renderer.unshadowed import quad_light
 from nusselt.renderer.visibility.segments import Blockers
 
 EXPONENTS = np.array([0, 0.1, 0.3, 0.5, 1, 1.5, 2, 7.3, 20, 100, 1e3, 1e4, 1e6])
@@ -55,7 +54,7 @@ def held(seed, lights, count):
         points = before(rng, light, count)
         source = Source(0, light, Blockers.everything(build_geometry(scene(lights=(light,)))), True)
         value, bound, _ = Exact(shortcuts=False).with_bounds(points, source, rng)
-        right, other = quad_light(points, light, True)
+        right, other = light.unshadowed(points, True)
         k = np.flatnonzero(right[0] > 1e-280)
         error = np.abs(value[0] - right[0])[k] / right[0, k]
         allowed = (bound + other)[k]

@@ -13,7 +13,8 @@ from nusselt.experiments.search.referees import ask
 from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators import Exact
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene_text import read_scene
 from nusselt.renderer.surfaces import Mesh
 

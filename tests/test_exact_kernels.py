@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from nusselt.renderer.closed_forms import arc_lobe, lobe_edges
-from nusselt.renderer.closed_forms.irradiance import irradiance
-from nusselt.renderer.closed_forms.phong_lobe import phong_lobe
-from nusselt.renderer.soft_shadows.convex import panel_rules
-from nusselt.renderer.soft_shadows.convex.boundary_integrals import (
+from nusselt.renderer.closed_forms.circles import panel_rules
+from nusselt.renderer.closed_forms.circles.boundary_integrals import (
     lambert_arcs,
     lambert_circles,
     lobe_arcs,
     lobe_circles,
 )
-from nusselt.renderer.soft_shadows.convex.circle_cones import Rounds, ellipsoids, spheres
-from nusselt.renderer.soft_shadows.convex.circles import CircleArcs
+from nusselt.renderer.closed_forms.circles.circles import CircleArcs
+from nusselt.renderer.closed_forms.circles.cones import Rounds, ellipsoids, spheres
+from nusselt.renderer.closed_forms.irradiance import irradiance
+from nusselt.renderer.closed_forms.phong_lobe import phong_lobe
 
 EXPONENTS = np.array([0, 0.1, 0.3, 0.5, 1, 1.5, 2, 7.3, 20, 100, 1e3, 1e4, 1e6])
 NORMAL = (0.28, 0.0, 0.96)

@@ -128,5 +128,5 @@ def test_the_ready_workflow_asks_for_commands_and_options_that_exist():
     asked = re.findall(r"bin/nusselt (\w+)((?: [^\n]+|\n {10}--[^\n]+)*)", text)
     assert [name for name, _ in asked] == ["check", "run", "report", "compare", "report"]
     for name, words in asked:
-        known = {option for parameter in main.commands[name].params for option in parameter.opts}
+        known = {option for parameter in main.get_command(None, name).params for option in parameter.opts}
         assert set(re.findall(r"--?[a-z]+(?= |$)", words)) <= known

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from nusselt.experiments.files import folder_name, read_exr, replacing, to_levels, write_image
+from nusselt.experiments.files import folder_name, replacing
+from nusselt.experiments.images.formats.exr import exr_planes
+from nusselt.experiments.images.formats.png import to_levels
+from nusselt.experiments.images.write import write_image
 from nusselt.renderer.errors import InputError
 
 RADIANCE = np.random.default_rng(0).random((3, 5, 7)) * 2
@@ -35,11 +38,11 @@ def test_a_folder_named_after_a_scene_lies_inside(name, tmp_path):
 @pytest.mark.parametrize("channels", [1, 3])
 def test_exr_is_read_as_it_was_written(tmp_path, channels):
     write_image(tmp_path / "a.exr", RADIANCE[:channels])
-    np.testing.assert_array_equal(read_exr(tmp_path / "a.exr"), RADIANCE[:channels].astype(np.float32))
+    np.testing.assert_array_equal(exr_planes(tmp_path / "a.exr"), RADIANCE[:channels].astype(np.float32))
     (tmp_path / "b.exr").write_bytes((tmp_path / "a.exr").read_bytes()[:100])
     for name in ("b.exr", "gone.exr"):
         with pytest.raises(InputError, match="readable EXR"):
-            read_exr(tmp_path / name)
+            exr_planes(tmp_path / name)
 
 
 def test_exr_keeps_float32(tmp_path):

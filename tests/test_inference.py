@@ -8,15 +8,21 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from nusselt.experiments.inference import TILES, Level, denoised_root, pooled_bias, resting_on, tile_biases
+from nusselt.experiments.verdict.evidence import TILES, tile_numbers
+from nusselt.experiments.verdict.intervals import denoised_root, pooled_bias, resting_on
+from nusselt.experiments.verdict.level import Level
+from nusselt.experiments.verdict.rules import MEAN, RULES
+from nusselt.experiments.verdict.rules.tiles import Tiles, tile_biases
 
 FALSE_ALARM = 1e-6
 
 
 def test_level_splits_the_declared_rate_and_no_more():
     level = Level(1e-3, rows=11)
-    spent = 11 * (level.pooled + TILES**2 * level.tile + 3 * level.rest)
-    assert spent == pytest.approx(1e-3, rel=1e-12)
+    assert 11 * sum(level.of(rule) for rule in RULES) == pytest.approx(1e-3, rel=1e-12)
+    assert level.of(MEAN) == pytest.approx(1e-3 / 2 / 11, rel=1e-12)
+    assert level.of(Tiles()) == pytest.approx(1e-3 / 4 / 11, rel=1e-12)
+    assert level.of(MEAN) > 0 == sum(level.of(rule) for rule in RULES if rule.share is None)
 
 
 def test_pooled_bias_is_the_mean_with_both_sides_noise():
@@ -67,13 +73,20 @@ def test_intervals_miss_a_planted_bias():
     assert simulate(np.random.default_rng(3), 200, 200, 32, bias=0.3) < 100
 
 
+def tiles_of(difference, noise, judged=None, rounding=1e-12):
+    """Of one row of images (h, w)."""
+    judged = np.ones(difference.shape, dtype=bool) if judged is None else judged
+    tile = tile_numbers(*difference.shape)[judged]
+    return tile_biases(difference[judged][None], noise[judged][None], tile, np.array([rounding]))
+
+
 def test_tiles_are_the_means_of_their_pixels():
     rng = np.random.default_rng(1)
     difference, noise = rng.normal(size=(2, 37, 50))
     noise = noise**2
     judged = rng.random((37, 50)) < 0.7
     judged[:5, :7] = False  # the first tile has no pixel
-    tiles = tile_biases(difference, noise, judged, 1e-12)
+    tiles = tiles_of(difference, noise, judged)
     for i in range(TILES):
         for j in range(TILES):
             cell = np.zeros((37, 50), dtype=bool)
@@ -82,21 +95,21 @@ def test_tiles_are_the_means_of_their_pixels():
             cell[np.ix_(rows, columns)] = True
             cell &= judged
             if not cell.any():
-                assert np.isnan(tiles.bias[i, j])
+                assert np.isnan(tiles.bias[0, i, j])
                 continue
-            assert tiles.bias[i, j] == pytest.approx(difference[cell].mean(), rel=1e-12)
-            assert tiles.error[i, j] == pytest.approx(math.sqrt(noise[cell].sum()) / cell.sum(), rel=1e-12)
+            assert tiles.bias[0, i, j] == pytest.approx(difference[cell].mean(), rel=1e-12)
+            assert tiles.error[0, i, j] == pytest.approx(math.sqrt(noise[cell].sum()) / cell.sum(), rel=1e-12)
 
 
 def test_null_tiles_have_uniform_p_values_and_a_planted_one_fails():
     rng = np.random.default_rng(5)
     noise = np.full((160, 160), 4.0)
     difference = rng.normal(size=(160, 160)) * 2
-    tiles = tile_biases(difference, noise, np.ones((160, 160), dtype=bool), 0.0)
+    tiles = tiles_of(difference, noise)
     assert stats.kstest(tiles.p.ravel(), "uniform").pvalue > FALSE_ALARM
     assert tiles.failing(1e-6, 0.0) == 0
     difference[20:40, 60:80] += 1.0
-    planted = tile_biases(difference, noise, np.ones((160, 160), dtype=bool), 0.0)
+    planted = tiles_of(difference, noise)
     assert planted.failing(1e-6, 0.0) == 1
     assert planted.failing(1e-6, 2.0) == 0  # inside a declared margin
 
@@ -104,7 +117,7 @@ def test_null_tiles_have_uniform_p_values_and_a_planted_one_fails():
 def test_exact_tiles_have_no_p_value_and_still_can_fail():
     difference = np.zeros((16, 16))
     difference[0, 0] = 1.0
-    tiles = tile_biases(difference, np.zeros((16, 16)), np.ones((16, 16), dtype=bool), 1e-6)
+    tiles = tiles_of(difference, np.zeros((16, 16)))
     assert np.isnan(tiles.p).all()
     assert tiles.failing(1e-6, 0.1) == 1
 

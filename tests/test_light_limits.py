@@ -9,7 +9,6 @@ import pytest
 
 from nusselt.renderer.closed_forms.irradiance import irradiance
 from nusselt.renderer.closed_forms.phong_lobe import phong_lobe
-from nusselt.renderer.closed_forms.sun import sun_irradiance
 from nusselt.renderer.lights import SunLight
 from nusselt.renderer.vectors import column, cross, dot, frame, unit
 
@@ -68,14 +67,14 @@ def test_a_receding_light_of_constant_solid_angle_times_radiance_tends_to_a_dire
 def test_the_sun_above_the_horizon_is_a_directional_light_whatever_its_size():
     for degrees in (0.01, 0.5, 10.0):
         sun = SunLight((0.3, 0.2, 1.0), (1, 1, 1), degrees)
-        assert sun_irradiance(sun, NORMAL)[0] == pytest.approx(dot(NORMAL, column(sun.direction))[0], rel=1e-14)
+        assert sun.irradiance_on(NORMAL)[0] == pytest.approx(dot(NORMAL, column(sun.direction))[0], rel=1e-14)
 
 
 def test_the_sun_on_the_horizon_tends_to_nought_with_order_one():
     """Half the disk: 2/(3 pi) sin(alpha), to order three, of the irradiance facing it."""
     alphas = 0.4 * 2.0 ** -np.arange(8)
     suns = [SunLight((0.0, 0.0, 1.0), (1, 1, 1), math.degrees(2 * a)) for a in alphas]
-    values = np.array([sun_irradiance(sun, column((1.0, 0.0, 0.0)))[0] for sun in suns])
+    values = np.array([sun.irradiance_on(column((1.0, 0.0, 0.0)))[0] for sun in suns])
     assert values[-1] == pytest.approx(2 / (3 * math.pi) * alphas[-1], rel=1e-4)
     assert orders(values)[4:] == pytest.approx(1, abs=0.01)
 
@@ -88,5 +87,5 @@ def test_a_square_of_the_suns_solid_angle_tends_to_the_sun_with_order_two():
         sun = SunLight(tuple(d[:, 0]), (1, 1, 1), math.degrees(2 * alpha))
         side = math.sqrt(math.pi) * math.sin(alpha)
         e, _ = irradiance(np.zeros((3, 1)), NORMAL, d - side * (u + v) / 2, side * u, side * v)
-        errors.append(abs(e[0] / (math.pi * math.sin(alpha) ** 2) / sun_irradiance(sun, NORMAL)[0] - 1))
+        errors.append(abs(e[0] / (math.pi * math.sin(alpha) ** 2) / sun.irradiance_on(NORMAL)[0] - 1))
     assert orders(np.array(errors))[3:] == pytest.approx(2, abs=0.05)

@@ -10,13 +10,12 @@ from builders import GREY, scene
 
 from nusselt.renderer.estimators import ESTIMATORS, Exact
 from nusselt.renderer.image import render
-from nusselt.renderer.light_points import faced_by, quad_beams
 from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.lights.facing import faced_by
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.scene_text import read_scene
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.surfaces import Mesh
-from nusselt.renderer.unshadowed import quad_light
 from nusselt.renderer.vectors import column, cross, unit
 
 CASES = Path(__file__).parent / "scenes" / "exact"
@@ -63,12 +62,12 @@ def test_a_light_a_hair_above_a_surface_fills_its_sky(scale):
     rng = np.random.default_rng(3)
     x, z = rng.uniform(-0.9, 0.9, (2, 50)) * scale
     points = points_on(np.stack([x, np.full(50, -1e-12 * scale), z]), column((0, 1, 0)))
-    np.testing.assert_allclose(quad_light(points, light, False)[0], 2.5, rtol=1e-9)
+    np.testing.assert_allclose(light.unshadowed(points, False)[0], 2.5, rtol=1e-9)
     level = points_on(np.stack([x, np.zeros(50), z]), column((0, 1, 0)))
-    assert not quad_light(level, light, False)[0].any()
+    assert not light.unshadowed(level, False)[0].any()
     u, v = rng.random((2, 50, 9))
-    assert (quad_beams(light, points.position, u, v)[1] > 0).all()
-    assert not quad_beams(light, level.position, u, v)[1].any()
+    assert (light.beams(points.position, u, v)[1] > 0).all()
+    assert not light.beams(level.position, u, v)[1].any()
 
 
 @pytest.mark.parametrize("kind", SAMPLED)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from nusselt.renderer.light_points import beams, lattice, quad_beams, sun_directions, unit_square
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.lights.sampling import lattice, random_beams, unit_square
 from nusselt.renderer.vectors import column, cross, dot, frame, unit
 
 FALSE_ALARM = 1e-6
@@ -24,7 +24,7 @@ def test_area_samples_are_uniform_over_a_sheared_parallelogram():
     """Equal areas hold equal numbers; the area coordinates are found by solving, not by the sampler's own."""
     rng = np.random.default_rng(1)
     u, v = unit_square(rng, 1, 200_000, False)
-    d, _ = quad_beams(SHEARED, np.zeros((3, 1)), u, v)
+    d, _ = SHEARED.beams(np.zeros((3, 1)), u, v)
     basis = np.stack([SHEARED.ab, SHEARED.ac, SHEARED.normal], axis=1)
     s, t, off = np.linalg.solve(basis, d[:, 0] - column(SHEARED.corner))
     assert np.abs(off).max() < 1e-14
@@ -65,11 +65,11 @@ def test_solid_angle_weights_are_the_jacobian_of_the_direction():
     h = 1e-5
 
     def direction(du, dv):
-        d, _ = quad_beams(SHEARED, p, u + du, v + dv)
+        d, _ = SHEARED.beams(p, u + du, v + dv)
         return unit(d[:, 0])
 
     across = cross((direction(h, 0) - direction(-h, 0)) / (2 * h), (direction(0, h) - direction(0, -h)) / (2 * h))
-    _, weight = quad_beams(SHEARED, p, u, v)
+    _, weight = SHEARED.beams(p, u, v)
     facing = dot(cross(column(SHEARED.ab), column(SHEARED.ac)), column(SHEARED.corner) - p) > 0
     assert facing.all()
     np.testing.assert_allclose(weight[0] * 50, np.sqrt(dot(across, across)), rtol=1e-8)
@@ -79,8 +79,8 @@ def test_quad_light_gives_nothing_behind_itself():
     behind = column(SHEARED.corner) + 2 * column([-c for c in SHEARED.normal])
     before = column(SHEARED.corner) + 2 * column(SHEARED.normal)
     u, v = np.random.default_rng(0).random((2, 1, 100))
-    assert (quad_beams(SHEARED, behind, u, v)[1] == 0).all()
-    assert (quad_beams(SHEARED, before, u, v)[1] > 0).all()
+    assert (SHEARED.beams(behind, u, v)[1] == 0).all()
+    assert (SHEARED.beams(before, u, v)[1] > 0).all()
 
 
 @pytest.mark.parametrize("degrees", [0.5, 10.0, 120.0])
@@ -89,7 +89,7 @@ def test_sun_samples_are_uniform_in_projected_solid_angle(degrees):
     sun = SunLight((0.3, 0.8, -0.5), (1, 1, 1), degrees)
     rng = np.random.default_rng(4)
     u, v = unit_square(rng, 1, 100_000, False)
-    d = sun_directions(sun, u, v)[:, 0]
+    d = sun.directions(u, v)[:, 0]
     np.testing.assert_allclose(dot(d, d), 1, rtol=1e-14)
     x, y = frame(column(sun.direction))
     a, b = dot(x, d) / math.sin(sun.half_angle), dot(y, d) / math.sin(sun.half_angle)
@@ -110,11 +110,9 @@ def test_strata_hold_one_sample_each():
 def test_lights_without_extent_take_one_sample():
     p = np.array([[0.0, 1.0], [0.0, 0.0], [0.0, 2.0]])
     rng = np.random.default_rng(0)
-    d, weight, far = beams(PointLight((0, 3, 0), (1, 1, 1)), p, rng, 64, False)
+    d, weight = random_beams(PointLight((0, 3, 0), (1, 1, 1)), p, rng, 64, False)
     assert d.shape == (3, 2, 1)
-    assert not far
     np.testing.assert_allclose(weight[:, 0], [1 / 9, 1 / 14], rtol=1e-15)
-    d, weight, far = beams(DirectionalLight((0, 2, 0), (1, 1, 1)), p, rng, 64, False)
+    d, weight = random_beams(DirectionalLight((0, 2, 0), (1, 1, 1)), p, rng, 64, False)
     assert d.shape == (3, 2, 1)
-    assert far
     assert (weight == 1).all()

@@ -10,8 +10,9 @@ from click.testing import CliRunner
 from nusselt.experiments.check.negative import negative_note
 from nusselt.experiments.cli.main import main
 from nusselt.renderer.estimators import Area, CommonPointsFixed, ControlVariate, Exact
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import SunLight
+from nusselt.renderer.prepared import prepare
 
 SHADED = """size 64 48
 camera 0 3 6 0 0 0 0 1 0 40

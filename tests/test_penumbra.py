@@ -11,9 +11,10 @@ from nusselt.experiments.scenes.meshes import displaced_sphere, many_small, toru
 from nusselt.renderer.closed_forms.irradiance import irradiance
 from nusselt.renderer.estimators import CommonPointsFixed, Exact
 from nusselt.renderer.estimators.common_points import hidden, lattice
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.needs import Source
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.soft_shadows.meshes import hidden_irradiance
 from nusselt.renderer.surfaces import Material, Mesh

@@ -11,7 +11,6 @@ from nusselt.experiments.defects import scenes
 from nusselt.experiments.defects.altered import Altered
 from nusselt.experiments.defects.catalogue import CONTROLS, DEFECTS, RIGHT, Control
 from nusselt.experiments.defects.gates import pictures_differ, pixels_differ
-from nusselt.experiments.inference import Level
 from nusselt.experiments.studies.planted_defects import Truths, as_image, as_reference, find, hardness_table, hold
 from nusselt.experiments.studies.variance_table import (
     add_slopes,
@@ -21,6 +20,7 @@ from nusselt.experiments.studies.variance_table import (
     measured_of,
     variance_interval,
 )
+from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.image import render
 
 LEVEL = Level(1e-3, 10)
@@ -121,10 +121,10 @@ def test_slopes_and_ties_of_the_variance_table():
 def test_intervals_of_the_variance_table_hold_where_pixels_share_their_noise():
     # 500 tables of 8 passes, all noise common to 400 pixels. At most 1e-6 of such tests fail by chance.
     rng, truth = np.random.default_rng(0), np.full(400, 2.0)
-    misses = {common: np.zeros(2) for common in (True, False)}
+    misses = {shared: np.zeros(2) for shared in (True, False)}
     for noise in rng.normal(size=(500, 8, 1)):
-        for common, missed in misses.items():
-            found = measured_of(truth + noise + 1e-3 * rng.normal(size=(8, 400)), np.ones(8), common)
+        for shared, missed in misses.items():
+            found = measured_of(truth + noise + 1e-3 * rng.normal(size=(8, 400)), np.ones(8), shared)
             bias, (low, high) = bias_of(found, truth, np.full(1, 2.0)), variance_interval(found)
             missed += abs(bias.value) > bias.half_width(0.01), not low < 1.0 < high
     assert misses[True][0] <= stats.binom.isf(1e-6, 500, 0.01)

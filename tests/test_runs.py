@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import csv
-import inspect
 import json
 import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from nusselt.experiments.cli import run as run_file
 from nusselt.experiments.cli.main import main
 from nusselt.experiments.results.figures import curves
 from nusselt.experiments.runs import run as command
@@ -49,10 +50,6 @@ def drawn(outcomes):
 
 def tiny(numbers=(1, 2, 3)) -> Experiment:
     return Experiment("tiny", "squares", squares(numbers), drawn)
-
-
-def no_bar(title):
-    return nullcontext(lambda stage, done, total: None)
 
 
 def run(*arguments: object) -> tuple[int, str, str]:
@@ -121,13 +118,13 @@ def without_workers(monkeypatch):
 
 def test_no_row_is_a_failure(without_workers):
     nothing = Experiment("nothing", "no row", lambda settings: [], lambda outcomes: {})
-    assert run_experiments([nothing], Request(Settings()), no_bar) == 1
-    assert run_experiments([tiny()], Request(Settings()), no_bar) == 0
-    assert run_experiments([tiny(), nothing], Request(Settings()), no_bar) == 1
+    assert run_experiments([nothing], Request(Settings())) == 1
+    assert run_experiments([tiny()], Request(Settings())) == 0
+    assert run_experiments([tiny(), nothing], Request(Settings())) == 1
 
 
 def test_results_go_to_standard_output(monkeypatch, without_workers):
-    monkeypatch.setattr(suite, "EXPERIMENTS", (tiny(),))
+    monkeypatch.setattr(run_file, "EXPERIMENTS", (tiny(),))
     status, said, told = run("run", "tiny", "--json", "-", "--seed", 3)
     results = json.loads(said)
     assert status == 0
@@ -155,13 +152,18 @@ def test_scenes_an_experiment_cannot_use_are_refused():
 def test_every_experiment_is_declared_once_and_is_a_script():
     names = [experiment.name for experiment in suite.EXPERIMENTS]
     assert len(set(names)) == len(names)
+    scripts = []
+    for path in Path(suite.__file__).parent.rglob("*.py"):
+        called = re.search(r"^    script\((\w+)\)$", path.read_text(), re.MULTILINE)
+        if called:
+            name = ".".join(
+                ("nusselt.experiments.studies", *path.relative_to(Path(suite.__file__).parent).with_suffix("").parts)
+            )
+            scripts.append(getattr(import_module(name), called[1]))
     _, said, _ = run("list")
     for experiment in suite.EXPERIMENTS:
         assert f"  {experiment.name} " in said
-        module = sys.modules[experiment.jobs.__module__]
-        called = re.search(r"^    script\((\w+)\)$", inspect.getsource(module), re.MULTILINE)
-        assert called
-        assert getattr(module, called[1]) is experiment
+        assert experiment in scripts
         jobs = experiment.jobs(Settings(quick=True))
         assert jobs
         assert len({key(job) for job in jobs}) == len(jobs)

@@ -111,7 +111,7 @@ REFUSALS = [
     ("vertexnormal 0 0 0 0 0 1", "vertexnormal = 0 0 0 0 0 1", "flat faces: shading normals are not supp"),
     ("trinormal 0 1 2", "trinormal = 0 1 2", "flat faces: shading normals are not supported"),
     ("mesh knot.ply", "mesh = knot.ply", "a scene that is a file: a text has no folder to look in"),
-    ("envmap sky.exr", "envmap = sky.exr", "quadLight, point, directional or sun: no other source"),
+    ("envmap sky.exr", "envmap = sky.exr", "quadLight, point, directional, sun or diskLight: no other source"),
     ("x" * 100_000, "text = a line of 100000 characters", "at most 65536 characters"),
     ("# a\0b", r"text = \x00", "text without NUL bytes"),
 ]

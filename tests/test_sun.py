@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from nusselt.renderer.closed_forms.sun import sun_irradiance
 from nusselt.renderer.lights import SunLight
 from nusselt.renderer.vectors import column
 
@@ -36,7 +35,7 @@ def test_irradiance_is_that_of_quadrature_above_across_and_below_the_horizon(deg
     theta = theta[(theta > 0) & (theta < math.pi)]
     normals = np.stack([np.sin(theta), np.zeros_like(theta), np.cos(theta)])
     expected = np.array([by_quadrature(alpha, t) for t in theta])
-    got = sun_irradiance(sun, normals)
+    got = sun.irradiance_on(normals)
     # Across the horizon terms of order alpha leave a value of order alpha^3, here over alpha^2: the promise.
     promise = 4 * np.finfo(float).eps * (1 + 1 / alpha)
     assert (np.abs(got - expected)).max() < promise
@@ -45,6 +44,6 @@ def test_irradiance_is_that_of_quadrature_above_across_and_below_the_horizon(deg
 
 def test_facing_the_sun_gives_the_irradiance_named():
     sun = SunLight((1, 2, 3), (2, 3, 4), 0.53)
-    assert sun_irradiance(sun, column(sun.direction))[0] == pytest.approx(1, rel=1e-15)
+    assert sun.irradiance_on(column(sun.direction))[0] == pytest.approx(1, rel=1e-15)
     r, *_ = sun.radiance
     assert r * math.pi * math.sin(sun.half_angle) ** 2 == pytest.approx(2, rel=1e-15)

@@ -13,10 +13,10 @@ from nusselt.experiments.check import check as check_module
 from nusselt.experiments.check import sequential as until_module
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.sequential import check_until
-from nusselt.experiments.combine import combine_images, combine_references
-from nusselt.experiments.inference import Level
 from nusselt.experiments.results.store import Store, key_of
-from nusselt.experiments.verdict import NOTHING
+from nusselt.experiments.verdict.evidence import NO_EXPECTATIONS
+from nusselt.experiments.verdict.level import Level
+from nusselt.experiments.verdict.pooling import combine_images, combine_references
 from nusselt.mitsuba_bridge.reference import ReferenceUnavailable, render_reference
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import Image, render
@@ -87,7 +87,7 @@ def test_keys_tell_everything_apart():
 def starved(monkeypatch):
     """So few passes at first that the first look cannot decide."""
     monkeypatch.setattr(check_module, "MAX_PASSES", 4)
-    monkeypatch.setattr(until_module, "prior_of", lambda *_: NOTHING)  # its children take time
+    monkeypatch.setattr(until_module, "expectations_of", lambda *_: NO_EXPECTATIONS)  # its children take time
     return Question(samples=4, margin=1e-2, level=Level(1e-3, 1))
 
 

@@ -7,14 +7,21 @@ import math
 import numpy as np
 import pytest
 from scipy import stats
+from test_calibration import image_of, reference_of
 
-from nusselt.experiments.decision import decide
-from nusselt.experiments.earned import FEWEST, PASSES, Side, is_heavy
-from nusselt.experiments.inference import Bias, Level, pooled_bias, welch
-from nusselt.experiments.plain_pixels import too_many_unjudged
 from nusselt.experiments.runs.measure import small
 from nusselt.experiments.scenes.catalogue import load
-from nusselt.experiments.spreads import log_ratio_error, pass_spread, variance_ratio
+from nusselt.experiments.studies.planted_defects import as_reference
+from nusselt.experiments.verdict.decision import decide
+from nusselt.experiments.verdict.evidence import Side, evidence_of
+from nusselt.experiments.verdict.intervals import Bias, pooled_bias, welch
+from nusselt.experiments.verdict.level import Level
+from nusselt.experiments.verdict.rule import Finding
+from nusselt.experiments.verdict.rules.mean import of_interval
+from nusselt.experiments.verdict.rules.noise_free import NoiseFree
+from nusselt.experiments.verdict.rules.normality import FEWEST, PASSES, is_heavy, side_objections
+from nusselt.experiments.verdict.rules.pass_spread import pass_spread
+from nusselt.experiments.verdict.rules.variance_ratio import log_ratio_error, variance_ratio
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
@@ -60,23 +67,41 @@ def test_pixel_bootstrap_agrees_with_the_delta_method():
     ours, theirs = rng.gamma(2.0, size=(2, 4000))
     influence = ours / ours.mean() - theirs / theirs.mean()
     slow = influence.std(ddof=1) / math.sqrt(4000)
-    assert log_ratio_error(ours, theirs) == pytest.approx(slow, rel=5 / math.sqrt(2 * 400))  # 5 sd of 400 resamples
+    assert log_ratio_error(ours[None], theirs[None])[0] == pytest.approx(
+        slow, rel=5 / math.sqrt(2 * 400)
+    )  # 5 sd of 400 resamples
+
+
+def test_the_bootstrap_is_scipys():
+    rng = np.random.default_rng(11)
+    ours, theirs = rng.gamma(2.0, size=(2, 3, 50))
+    slow = stats.bootstrap(
+        (ours, theirs),
+        lambda x, y, axis: np.log(x.mean(axis=axis) / y.mean(axis=axis)),
+        paired=True,
+        axis=-1,
+        n_resamples=400,
+        batch=10,
+        method="basic",
+        rng=np.random.default_rng(0),
+    )
+    np.testing.assert_allclose(log_ratio_error(ours, theirs), slow.standard_error, rtol=1e-9)
 
 
 def test_ten_times_the_variance_fails_and_a_right_one_does_not():
     rng = np.random.default_rng(2)
     sigma2 = rng.gamma(2.0, size=3000)
-    ours, theirs = sigma2 * rng.chisquare(7, size=(2, 3000)) / 7
-    right = variance_ratio(ours, theirs, FALSE_ALARM)
-    assert right.interval[0] < 1 < right.interval[1]
-    assert not right.fails
-    assert variance_ratio(10 * ours, theirs, FALSE_ALARM).fails
-    assert variance_ratio(ours / 2, theirs, FALSE_ALARM).fails
+    ours, theirs = sigma2 * rng.chisquare(7, size=(2, 1, 3000)) / 7
+    rows = np.concatenate((ours, 10 * ours, ours / 2))
+    ratio = variance_ratio(rows, np.repeat(theirs, 3, axis=0), FALSE_ALARM)
+    assert ratio.low[0] < 1 < ratio.high[0]
+    assert ratio.fails.tolist() == [False, True, True]
 
 
 def test_variance_where_one_side_has_none():
-    some, none = np.ones(50), np.zeros(50)
-    assert variance_ratio(none, none, 1e-3) is None
+    some, none = np.ones((1, 50)), np.zeros((1, 50))
+    assert np.isnan(variance_ratio(none, none, 1e-3).value)
+    assert not variance_ratio(none, none, 1e-3).fails
     assert variance_ratio(none, some, 1e-3).fails  # seeds shared between passes
     assert variance_ratio(some, none, 1e-3).fails
 
@@ -84,114 +109,135 @@ def test_variance_where_one_side_has_none():
 def test_passes_of_pixels_that_share_their_numbers_vary_too_much():
     rng = np.random.default_rng(3)
     own, shared = rng.normal(size=(40, 500)), rng.normal(size=(40, 1)) + np.zeros((40, 500))
-    for values, fails in ((own, False), (shared, True)):
-        pooled = values.var(axis=0, ddof=1).sum() / 500**2
-        assert pass_spread(values.mean(axis=1), pooled, 39 * 500, FALSE_ALARM).fails == fails
+    rows = np.stack((own, shared))
+    spread = pass_spread(rows.mean(axis=2), rows.var(axis=1, ddof=1) / 40, FALSE_ALARM)
+    assert spread.fails.tolist() == [False, True]
 
 
 def test_spread_of_passes_covers_as_often_as_it_says():
-    rng = np.random.default_rng(5)
-    covered = 0
-    for _ in range(1500):
-        values = rng.normal(size=(12, 60))
-        found = pass_spread(values.mean(axis=1), values.var(axis=0, ddof=1).sum() / 3600, 11 * 60, 0.1)
-        covered += found.interval[0] <= 1 <= found.interval[1]
+    values = np.random.default_rng(5).normal(size=(1500, 12, 60))
+    spread = pass_spread(values.mean(axis=2), values.var(axis=1, ddof=1) / 12, 0.1)
+    covered = ((spread.low <= 1) & (spread.high >= 1)).sum()
     low, high = stats.binom.ppf([FALSE_ALARM / 2, 1 - FALSE_ALARM / 2], 1500, 0.9)
     assert low <= covered <= high
+
+
+def objection(name: str, noise, passes, by_passes: bool) -> str:
+    """What is said of one row's side; empty where nothing is."""
+    zero = np.zeros((1, 1, noise.size))
+    said = side_objections(Side(name, zero, zero, noise[None], passes[None], by_passes))
+    return next((sentence for rows, sentence in said if rows[0]), "")
 
 
 def test_objections_to_the_normal_approximation():
     rng = np.random.default_rng(6)
     fine = rng.normal(size=40)
     noise = np.ones(400)
-    assert Side("ours", noise, fine, False).objection() == ""
-    assert Side("ours", np.zeros(400), fine[:1], True).objection() == ""  # nothing is random
-    assert f"fewer than {PASSES}" in Side("the reference", noise, fine[:8], True).objection()
-    assert Side("ours", noise, fine[:8], False).objection() == ""  # its error comes from the pixels
+    assert objection("ours", noise, fine, False) == ""
+    assert objection("ours", np.zeros(400), fine[:1], True) == ""  # nothing is random
+    assert f"fewer than {PASSES}" in objection("the reference", noise, fine[:8], True)
+    assert objection("ours", noise, fine[:8], False) == ""  # its error comes from the pixels
     few = np.zeros(400)
     few[: FEWEST - 1] = 1.0
-    assert f"fewer than {FEWEST} pixels" in Side("ours", few, fine, False).objection()
+    assert f"fewer than {FEWEST} pixels" in objection("ours", few, fine, False)
     heavy = fine.copy()
     heavy[7] = 12.0  # one firefly among the passes
     assert is_heavy(heavy)
-    assert "heavy-tailed" in Side("ours", noise, heavy, False).objection()
+    assert "heavy-tailed" in objection("ours", noise, heavy, False)
 
 
 def test_normal_passes_are_rarely_called_heavy():
     """1,000 sets at 1e-6 each: two alarms have a chance of 5e-7."""
     rng = np.random.default_rng(7)
-    assert sum(is_heavy(values) for values in rng.normal(size=(1000, 32))) <= 1
+    assert is_heavy(rng.normal(size=(1000, 32))).sum() <= 1
+
+
+YES, NO = np.ones(1, dtype=bool), np.zeros(1, dtype=bool)
+
+
+def interval(low: float, high: float) -> Finding:
+    return of_interval(np.array([low]), np.array([high]), 1e-3)
+
+
+def failure(sentence: str) -> Finding:
+    return Finding(YES, lambda k: sentence)
+
+
+def objecting(sentence: str, more: float) -> Finding:
+    return Finding(NO, lambda k: sentence, YES, np.array([more]))
+
+
+AGREEING = interval(-0.0005, 0.0004)
+FEW_PASSES, UNSEEN = objecting("few passes", 2.0), objecting("24 of 14204 ...", math.inf)
 
 
 def test_words():
-    word, reason, more = decide((-0.0005, 0.0004), 1e-3, [])
+    word, reason, more = decide([AGREEING])
     assert (word, more) == ("agrees", None)
-    assert decide((-0.0005, 0.0004), 1e-3, [], "few passes") == ("undecided", "few passes", 2.0)
-    assert decide((0.0011, 0.002), 1e-3, [])[0] == "differs"
-    assert decide((-0.002, -0.0011), 1e-3, [])[0] == "differs"
-    assert decide((-0.0001, 0.0001), 1e-3, ["a tile"])[:2] == ("differs", "a tile")
-    word, reason, more = decide((-0.002, 0.002), 1e-3, [])
+    assert "inside the margin" in reason
+    assert decide([AGREEING, FEW_PASSES]) == ("undecided", "few passes", 2.0)
+    assert decide([interval(0.0011, 0.002)])[0] == "differs"
+    assert decide([interval(-0.002, -0.0011)])[0] == "differs"
+    assert decide([interval(-0.0001, 0.0001), failure("a tile")])[:2] == ("differs", "a tile")
+    word, reason, more = decide([interval(-0.002, 0.002)])
     assert word == "undecided"
     assert more == 6  # 1.3 (2/1)^2, rounded up
     assert f"{more:.0f} times the samples" in reason
-    assert decide((0.0005, 0.0015), 1e-3, [])[2] is None  # on the margin
+    assert decide([interval(0.0005, 0.0015)])[2] is None  # on the margin
 
 
 def test_pixels_on_edges_leave_a_row_undecided_and_hide_no_defect():
     """A small image of a room whose corners pass through pixel centres is not wrong: it shows too little."""
-    agreeing = (-0.0005, 0.0004)
-    assert decide(agreeing, 1e-3, [], "few passes", "24 of 14204 ...") == ("undecided", "24 of 14204 ...", None)
-    assert decide((0.0011, 0.002), 1e-3, [], unseen="24 of 14204 ...")[0] == "differs"
-    assert decide(agreeing, 1e-3, ["a tile"], unseen="24 of 14204 ...")[0] == "differs"
+    assert decide([AGREEING, FEW_PASSES, UNSEEN]) == ("undecided", "24 of 14204 ...", None)
+    assert decide([interval(0.0011, 0.002), UNSEEN])[0] == "differs"
+    assert decide([AGREEING, failure("a tile"), UNSEEN])[0] == "differs"
 
 
 def test_few_pixels_have_their_share_on_edges():
     """The same room: 480 pixels wide it can be judged, 120 wide it cannot."""
 
-    def told(width: int) -> str:
+    def said(width: int) -> Finding:
         scene = small(load("cornell"), width)
-        return too_many_unjudged(render(scene, Area(samples=1), tolerance=ray_tolerance(scene)))
+        image = render(scene, Area(samples=1), tolerance=ray_tolerance(scene))
+        return NoiseFree()(evidence_of(image, as_reference(image, "itself"), 1, 1e-3), 0.0)
 
-    assert told(480) == ""
-    assert "lie within rounding of an edge" in told(120)
+    assert not said(480).objects[0]
+    assert said(120).objects[0]
+    assert "lie within rounding of an edge" in said(120).say(0)
 
 
 def test_the_advised_samples_decide():
     """The interval shrinks with the root of the samples: with the advised number it lies inside, or outside."""
     for centre in (0.0, 4e-4, -8e-4, 1.5e-3, -3e-3):
         half = 2e-3
-        word, _, more = decide((centre - half, centre + half), 1e-3, [])
+        word, _, more = decide([interval(centre - half, centre + half)])
         if word != "undecided":
             continue
         half /= math.sqrt(more)
-        assert decide((centre - half, centre + half), 1e-3, [])[0] != "undecided"
+        assert decide([interval(centre - half, centre + half)])[0] != "undecided"
+
+
+def still_pixels(ours, theirs) -> str:
+    """What is said of an image and a reference with these passes, where 1 % is allowed."""
+    evidence = evidence_of(image_of(ours), reference_of(theirs), len(ours), 1e-3)
+    return NoiseFree()(evidence, 0.0).say(0)
 
 
 def test_pixels_without_noise_are_compared_one_by_one():
-    from test_calibration import image_of, reference_of
-
-    from nusselt.experiments.plain_pixels import still_failures
-
     right = np.ones((4, 100))
-    ours, theirs = image_of(right), reference_of(right)
-    judged = np.ones((10, 10), dtype=bool)
-    assert still_failures(ours, theirs, judged, 0.01, 1.0) == []
+    theirs = right.copy()
+    assert still_pixels(right, theirs) == ""
     right[:, 7] = 1.02
-    assert "1 of 100 pixels" in still_failures(image_of(right), theirs, judged, 0.01, 1.0)[0]
-    right[0, 7] = 1.1  # it has noise: not this test's matter
-    assert still_failures(image_of(right), theirs, judged, 0.01, 1.0) == []
+    assert "1 of 100 pixels" in still_pixels(right, theirs)
+    right[0, 7] = 1.1  # it has noise: not this rule's matter
+    assert still_pixels(right, theirs) == ""
 
 
 def test_black_pixels_of_a_noisy_reference_may_have_missed_what_is_rare():
-    from test_calibration import image_of, reference_of
-
-    from nusselt.experiments.plain_pixels import still_failures
-
-    ours = image_of(np.full((4, 100), 0.02))
+    ours = np.full((4, 100), 0.02)
     black = np.zeros((32, 100))
-    judged = np.ones((10, 10), dtype=bool)
-    assert "100 of 100 pixels" in still_failures(ours, reference_of(black), judged, 0.01, 1.0)[0]
+    assert "100 of 100 pixels" in still_pixels(ours, black)
     black[::2, 0] = 1.0  # it has noise elsewhere
-    assert still_failures(ours, reference_of(black), judged, 0.01, 1.0) == []
+    assert still_pixels(ours, black) == ""
     black[:, 1] = 1.0  # without noise and not black: a point light's pixel, say
-    assert "1 of 1 pixels" in still_failures(ours, reference_of(black), judged, 0.01, 1.0)[0]
+    assert "1 of 1 pixels" in still_pixels(ours, black)

@@ -12,7 +12,8 @@ import numpy as np
 
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Estimator
-from nusselt.renderer.image import Image, prepare, render
+from nusselt.renderer.image import Image, render
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.visibility.ray_offset import RayOffset
 

@@ -16,25 +16,26 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.experiments.verdict import Verdict, judge
+from nusselt.experiments.verdict.judge import Verdict, judge
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable, render_reference
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
 from nusselt.renderer.estimators import Estimator
-from nusselt.renderer.image import Image, prepare, render
+from nusselt.renderer.image import Image, render
 from nusselt.renderer.pixels import AreaImage, render_area
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
-from .expectations import Offsets, appearance, prior_of
+from .expectations import Offsets, appearance, expectations_of
 from .question import PixelRule, Question
 from .rows import head_of, row_of, row_without
 
 ROOM = 8.0
 """The standard error of the difference is brought to the margin over this: 4.8 of them to the end of the
 interval (31 degrees of freedom, a dozen rows), 3.2 for the estimate's own noise."""
-PILOT = 2
-PILOT_COMMON = 8
-"""For estimators whose pixels share their light points."""
+PILOT, PILOT_SHARED = 2, 8
+FEWEST, FEWEST_SHARED = 4, 32
+"""Passes of the pilot, and at least; more where pixels share their light points: only whole passes count there."""
 MAX_PASSES = 4096
 MAX_SAMPLES = 1 << 16
 """Mitsuba's samples per pixel and light, at most."""
@@ -111,9 +112,9 @@ def our_image(
         return area.image, 1, {"pilot": 0.0, "ours": time.perf_counter() - started}
     passes = 1
     if scene.spp > 1 or estimator.is_random(needs):
-        common = getattr(estimator, "common", False)
-        pilot = render(scene, estimator, seed=pilot_seed, passes=PILOT_COMMON if common else PILOT, executor=executor)
-        passes = _passes(pilot, question.margin / ROOM / math.sqrt(2))
+        piloting, fewest = (PILOT_SHARED, FEWEST_SHARED) if estimator.shares_points else (PILOT, FEWEST)
+        pilot = render(scene, estimator, seed=pilot_seed, passes=piloting, executor=executor)
+        passes = _passes(pilot, question.margin / ROOM / math.sqrt(2), fewest)
     piloted = time.perf_counter()
     image = render(
         scene,
@@ -128,14 +129,13 @@ def our_image(
     return image, passes, {"pilot": piloted - started, "ours": time.perf_counter() - piloted}
 
 
-def _passes(pilot: Image, target: float) -> int:
+def _passes(pilot: Image, target: float, fewest: int) -> int:
     """Passes that bring the pooled relative standard error to the target."""
     shaded = pilot.shaded & np.isfinite(pilot.pixel_variance)
     mean = float(np.abs(pilot.mean).mean(axis=0)[shaded].mean()) if shaded.any() else 0.0
     if mean == 0:
         return PILOT
     one = math.sqrt(float(pilot.pixel_variance[shaded].sum()) * pilot.clumping) / shaded.sum() / mean
-    fewest = 4 if pilot.clumping == 1 else 32  # the clumping is known from the passes alone
     return min(max(fewest, math.ceil((one / target) ** 2)), MAX_PASSES)
 
 
@@ -171,7 +171,9 @@ def check(
     seconds = seconds | {"reference": time.perf_counter() - started, "mitsuba": reference.seconds}
     started = time.perf_counter()
     first = seeds(question.seed, scene.name)[0]
-    prior = prior_of(scene, estimator, first, question.timeout, executor, references.offsets)
-    seconds = seconds | {"prior": time.perf_counter() - started}
-    verdict = judge(ours, reference, passes=passes, margin=question.margin, level=question.level, prior=prior)
+    expectations = expectations_of(scene, estimator, first, question.timeout, executor, references.offsets)
+    seconds = seconds | {"expectations": time.perf_counter() - started}
+    verdict = judge(
+        ours, reference, passes=passes, margin=question.margin, level=question.level, expectations=expectations
+    )
     return Answer(row_of(head, verdict, reference, seconds), ours, reference, verdict)

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Estimator
-from nusselt.renderer.image import Image, prepare, render
+from nusselt.renderer.image import Image, render
 from nusselt.renderer.pixels import AreaImage, CentreImage, render_centre
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
 from .adaptive import render_until

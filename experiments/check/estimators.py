@@ -13,7 +13,7 @@ from nusselt.renderer.estimators import Estimator
 
 PATH = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*")
 ACCEPTED = "package.module:Name, a class as in renderer/estimators/protocol.py"
-MEMBERS = ("name", "summary", "claim", "is_random", "__call__")
+MEMBERS = ("name", "summary", "shares_points", "claim", "is_random", "__call__")
 
 
 def is_path(name: str) -> bool:

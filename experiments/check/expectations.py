@@ -1,4 +1,5 @@
-"""What a row is held to besides its mean: Mitsuba's own variance, and where its ray offset is known to be wrong."""
+"""What is known of a row before its data: whether pixels share their light points, Mitsuba's own variance for the
+same strategy, and where its ray offset is known to be wrong."""
 
 from __future__ import annotations
 
@@ -7,15 +8,15 @@ from concurrent.futures import Executor
 
 import numpy as np
 
-from nusselt.experiments.inference import TILES, tile_numbers
-from nusselt.experiments.verdict import Prior
+from nusselt.experiments.verdict.evidence import TILES, Expectations, tile_numbers
+from nusselt.mitsuba_bridge.lights import strata_alike
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import ReferenceUnavailable
 from nusselt.mitsuba_bridge.variance import Setting, measure_spread
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area, Estimator
-from nusselt.renderer.image import prepare, render
-from nusselt.renderer.lights import SunLight
+from nusselt.renderer.image import render
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 from nusselt.renderer.visibility.ray_offset import RayOffset
@@ -38,9 +39,9 @@ SURFACES = 2000
 def same_strategy(scene: Scene, estimator: Estimator) -> str | None:
     """Mitsuba's sampler for the same strategy; None where it has none.
 
-    A sun is a far disk in Mitsuba, laid out otherwise: its strata are not ours.
+    Nor has it strata like ours on every light.
     """
-    if scene.spp > 1 or (estimator.stratified and any(isinstance(light, SunLight) for light in scene.lights)):
+    if scene.spp > 1 or (estimator.stratified and not all(map(strata_alike, scene.lights))):
         return None
     return STRATEGIES.get((estimator.name, estimator.stratified))
 
@@ -102,18 +103,19 @@ def tile_offset(scene: Scene, seed: int, executor: Executor | None = None) -> Fl
 Offsets = dict[tuple[str, int], Floats | None]
 
 
-def prior_of(
+def expectations_of(
     scene: Scene,
     estimator: Estimator,
     seed: int,
     timeout: float,
     executor: Executor | None,
     kept: Offsets | None = None,
-) -> Prior:
+) -> Expectations:
     """All of it, with seeds of its own; the offsets of scenes already seen are ``kept``."""
     first, second = (int(state) for state in np.random.SeedSequence([seed, 0x9E3779B9]).generate_state(2))
     kept = {} if kept is None else kept
     key = (appearance(scene).digest(), second)
     if key not in kept:
         kept[key] = tile_offset(scene, second, executor)
-    return Prior(variance=mitsuba_variance(scene, estimator, first, timeout), tile_offset=kept[key])
+    variance = mitsuba_variance(scene, estimator, first, timeout)
+    return Expectations(estimator.shares_points, variance, kept[key])

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from numbers import Real
 from typing import Literal, Protocol, get_args
 
-from nusselt.experiments.inference import Level
+from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Estimator, estimator_named
 from nusselt.renderer.scene import Scene

@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.experiments.plain_pixels import pixel_counts
-from nusselt.experiments.verdict import Verdict
+from nusselt.experiments.verdict.evidence import pixel_counts
+from nusselt.experiments.verdict.judge import Verdict
 from nusselt.mitsuba_bridge.reference import GlossyNeedsLLVM, Reference, ReferenceUnavailable
-from nusselt.renderer.estimators import Claim, Estimator, Exact
-from nusselt.renderer.image import Image, prepare
+from nusselt.renderer.estimators import Claim, Estimator
+from nusselt.renderer.estimators.protocol import Bounded
+from nusselt.renderer.image import Image
 from nusselt.renderer.needs import LeftOut, Needs
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
 
@@ -70,7 +72,7 @@ def _left_out(ours: Image, needs: Needs, estimator: Estimator, scene: Scene) -> 
 
 def notes(scene: Scene, estimator: Estimator) -> list[str]:
     """What an estimator without noise leaves to sampling because of what stands before a light."""
-    return list(estimator.sampled(prepare(scene).needs)) if isinstance(estimator, Exact) else []
+    return list(estimator.sampled(prepare(scene).needs)) if isinstance(estimator, Bounded) else []
 
 
 def _warnings(scene: Scene, ours: Image) -> list[str]:

@@ -12,9 +12,10 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
 
-from nusselt.experiments.combine import combine_images, combine_references
 from nusselt.experiments.results.store import Store, key_of
-from nusselt.experiments.verdict import judge
+from nusselt.experiments.verdict.evidence import Expectations
+from nusselt.experiments.verdict.judge import judge
+from nusselt.experiments.verdict.pooling import combine_images, combine_references
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable, render_reference
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
@@ -23,7 +24,7 @@ from nusselt.renderer.image import Image, render
 from nusselt.renderer.scene import Scene
 
 from .check import MAX_SAMPLES, Answer, Progress, our_image, reference_target, seeds
-from .expectations import Prior, appearance, prior_of
+from .expectations import appearance, expectations_of
 from .question import Question
 from .rows import head_of, row_of, row_without
 
@@ -124,7 +125,8 @@ def check_until(
     """
     started = time.perf_counter()
     sides = Sides(scene, question, folder, executor, progress)
-    prior = prior_of(scene, sides.estimator, seeds(question.seed, scene.name)[0], question.timeout, executor)
+    first = seeds(question.seed, scene.name)[0]
+    expectations = expectations_of(scene, sides.estimator, first, question.timeout, executor)
     answer: Answer | None = None
     look = 0
     while True:
@@ -138,7 +140,7 @@ def check_until(
             ours = sides.ours[0]
             head = head_of(scene, sides.estimator, ours, sides.passes, question.margin, question.seed, command)
             return Answer(row_without(head, ours, problem, sides.seconds), ours, None, None)
-        answer = _look(sides, question, prior, look, command)
+        answer = _look(sides, question, expectations, look, command)
         now = time.perf_counter()
         # The next look takes as long as all before it.
         late = now - started + (now - begun) > budget
@@ -147,11 +149,13 @@ def check_until(
             return answer
 
 
-def _look(sides: Sides, question: Question, prior: Prior, look: int, command: str) -> Answer:
+def _look(sides: Sides, question: Question, expectations: Expectations, look: int, command: str) -> Answer:
     """Judge everything so far, at this look's share of the false-alarm rate."""
     ours, reference = combine_images(sides.ours), combine_references(sides.references)
     level = question.level.at_look(look)
-    verdict = judge(ours, reference, passes=sides.passes, margin=question.margin, level=level, prior=prior)
+    verdict = judge(
+        ours, reference, passes=sides.passes, margin=question.margin, level=level, expectations=expectations
+    )
     head = head_of(sides.scene, sides.estimator, ours, sides.passes, question.margin, question.seed, command)
     seconds = sides.seconds | {"mitsuba": reference.seconds}
     return Answer(row_of(head, verdict, reference, seconds) | {"looks": look}, ours, reference, verdict)

@@ -21,7 +21,6 @@ from nusselt.experiments.check.sequential import check_until
 from nusselt.experiments.external.judge import External
 from nusselt.experiments.files import folder_name
 from nusselt.experiments.images.read import is_image
-from nusselt.experiments.inference import Level
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.pictures import write_pictures
@@ -40,6 +39,7 @@ from nusselt.experiments.terminal.options import (
     sampling_options,
 )
 from nusselt.experiments.terminal.progress import progress_bar
+from nusselt.experiments.verdict.level import Level
 from nusselt.experiments.workers import PATIENCE, worker_pool
 from nusselt.renderer.scene import Scene
 

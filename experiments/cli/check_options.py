@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from nusselt.experiments.external.judge import External
-from nusselt.experiments.images.formats import READERS
+from nusselt.experiments.images.read import READERS
 from nusselt.experiments.terminal.options import together
 
 

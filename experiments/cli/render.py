@@ -8,7 +8,7 @@ import click
 
 from nusselt.experiments.check.draw import Drawing, draw
 from nusselt.experiments.check.request import Reading
-from nusselt.experiments.files import check_image_name, write_image
+from nusselt.experiments.images.write import check_image_name, write_image
 from nusselt.experiments.terminal.options import Sampling, cluster_option, reading_options, sampling_options
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.workers import PATIENCE, worker_pool

@@ -14,10 +14,10 @@ from nusselt.experiments.check.estimators import imported_estimator
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.conformance.scenes import DULL, shadow_scene
 from nusselt.experiments.conformance.trials import PASSES, SAMPLES, TRIALS, Outcome, error_against_time, run_trial
-from nusselt.experiments.inference import Level
 from nusselt.experiments.results.document import EXIT, document, write_json
 from nusselt.experiments.results.tables import console
 from nusselt.experiments.terminal.progress import progress_bar
+from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
 
@@ -52,7 +52,7 @@ def run_trials(path: str, seed: int, target: str | None) -> int:
             row = _verdict(path, seed)
             found = f"{row['verdict']}: {row['reason']}"
             outcomes.append(Outcome("verdict against Mitsuba", row["as_claimed"] is not False, found))
-    scene = shadow_scene(DULL)
+    scene = shadow_scene(DULL).with_(width=24, height=18)
     truth = render(scene, Area(samples=64, stratified=True), seed=99, passes=PASSES)
     curve = error_against_time(kind, scene, truth, PASSES) if all(one.passed for one in outcomes) else []
     if target:

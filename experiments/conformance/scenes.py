@@ -30,7 +30,7 @@ def _box(low: tuple[float, float, float], high: tuple[float, float, float], mate
 
 
 def _scene(lights: tuple[Light, ...], *meshes: Mesh, balls: tuple[Ellipsoid, ...] = ()) -> Scene:
-    return Scene(24, 18, CAMERA, meshes, balls, lights)
+    return Scene(16, 12, CAMERA, meshes, balls, lights)
 
 
 def open_scene(glossy: bool) -> Scene:
@@ -76,7 +76,7 @@ SCENES: dict[str, Scene] = {
     "sun": _scene(
         (SunLight((1, 2, 1), (0.5, 0.5, 0.5), 5.0),), _floor(SHINY), _box((-0.7, 0.3, -0.4), (0.0, 0.8, 0.3), DULL)
     ),
-    "tiny": scaled(shadow_scene(), 1e-5),
-    "huge": scaled(shadow_scene(), 1e6),
+    "tiny": scaled(shadow_scene(DULL), 1e-5),
+    "huge": scaled(shadow_scene(DULL), 1e6),
 }
 """By what each is about."""

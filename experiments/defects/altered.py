@@ -9,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from nusselt.renderer.estimators import Claim
-from nusselt.renderer.light_points import beams, colour, extended_beams, unit_square
-from nusselt.renderer.lights import Light, QuadLight, SunLight
+from nusselt.renderer.lights import Light, colour
+from nusselt.renderer.lights.sampling import one_place, unit_square
 from nusselt.renderer.needs import Needs, Source
 from nusselt.renderer.shading import ShadingPoints, reflect
 from nusselt.renderer.vectors import Floats
@@ -61,6 +61,7 @@ class Altered:
     finish: Callable[[Source, Floats], Floats] = lambda source, radiance: radiance
     name: ClassVar[str] = "area"
     summary: ClassVar[str] = "area sampling with a planted defect"
+    shares_points: ClassVar[bool] = False
 
     def claim(self, needs: Needs) -> Claim:
         return "unbiased" if needs.random else "exact"
@@ -71,12 +72,9 @@ class Altered:
     def __call__(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
         source = self.source(source)
         light = source.light
-        if isinstance(light, QuadLight | SunLight):
-            u, v = self.lay(rng, points.count, self.samples, self.stratified)
-            d, weight, at_infinity = extended_beams(light, points.position, u, v)
-        else:
-            d, weight, at_infinity = beams(light, points.position, rng, 1, False)
+        u, v = self.lay(rng, points.count, self.samples, self.stratified) if light.has_extent else one_place()
+        d, weight = light.beams(points.position, u, v)
         d, weight = self.beam(points, light, d, weight)
-        seen = self.see(source, points, self.shadow(d), at_infinity)
+        seen = self.see(source, points, self.shadow(d), light.at_infinity)
         radiance = self.reflect(points, d, weight * seen, source.glossy) * colour(light)
         return self.finish(source, radiance)

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from nusselt.renderer.light_points import unit_square
 from nusselt.renderer.lights import Light, PointLight, QuadLight, SunLight
+from nusselt.renderer.lights.sampling import unit_square
 from nusselt.renderer.needs import Source
 from nusselt.renderer.shading import ShadingPoints, lobe, reflect
-from nusselt.renderer.vectors import Floats, column, cross, dot
+from nusselt.renderer.vectors import Floats, dot
 from nusselt.renderer.visibility.segments import Blockers
 
 from .altered import Altered
@@ -36,18 +36,19 @@ def no_surface_cosine() -> Altered:
     return Altered(reflect=without)
 
 
-def _light_cosine(light: QuadLight, d: Floats) -> Floats:
-    normal = cross(column(light.ab), column(light.ac))
-    return dot((normal / _length(normal))[:, :, None], d) / _length(d)
+def _light_cosine(light: Light, d: Floats) -> Floats | None:
+    """At a light that shines from a plane, positive before it."""
+    plane = light.plane()
+    return None if plane is None else -dot(plane[0][:, :, None], d) / _length(d)
 
 
 def no_light_cosine() -> Altered:
     """The light's cosine forgotten."""
 
     def beam(points: ShadingPoints, light: Light, d: Floats, weight: Floats) -> tuple[Floats, Floats]:
-        if not isinstance(light, QuadLight):
-            return d, weight
         cosine = _light_cosine(light, d)
+        if cosine is None:
+            return d, weight
         return d, np.divide(weight, cosine, out=np.zeros_like(weight), where=cosine > 0)
 
     return Altered(beam=beam)
@@ -79,10 +80,10 @@ def two_sided_light() -> Altered:
     """Light from the back of the light too."""
 
     def beam(points: ShadingPoints, light: Light, d: Floats, weight: Floats) -> tuple[Floats, Floats]:
-        if not isinstance(light, QuadLight):
+        cosine = _light_cosine(light, d)
+        if cosine is None:
             return d, weight
-        length = _length(d)
-        return d, light.area * np.abs(_light_cosine(light, d)) / length**2 / weight.shape[1]
+        return d, light.area * np.abs(cosine) / _length(d) ** 2 / weight.shape[1]
 
     return Altered(beam=beam)
 
@@ -182,7 +183,7 @@ def area_measure() -> Altered:
     """A density over area used as one over solid angle."""
 
     def beam(points: ShadingPoints, light: Light, d: Floats, weight: Floats) -> tuple[Floats, Floats]:
-        if not isinstance(light, QuadLight):
+        if light.plane() is None:
             return d, weight
         return d, np.where(weight > 0, light.area / weight.shape[1], 0.0)
 

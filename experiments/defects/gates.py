@@ -7,7 +7,7 @@ import math
 import numpy as np
 from scipy import stats
 
-from nusselt.experiments.files import to_levels
+from nusselt.experiments.images.formats.png import to_levels
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
 

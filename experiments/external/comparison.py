@@ -13,13 +13,14 @@ import numpy as np
 from nusselt.experiments.check.check import Progress
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences
-from nusselt.experiments.files import to_levels
 from nusselt.experiments.images.formats import Raw
+from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.images.transfer import RULES, Quantiser, Rule
-from nusselt.experiments.inference import Level
-from nusselt.experiments.verdict import Verdict, judge
+from nusselt.experiments.verdict.judge import Verdict, judge
+from nusselt.experiments.verdict.level import Level
 from nusselt.mitsuba_bridge.reference import Reference
-from nusselt.renderer.image import Image, prepare
+from nusselt.renderer.image import Image
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
 from .diagnosis import diagnose

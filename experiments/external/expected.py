@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import stats
 
-from nusselt.experiments.course import SURE
-from nusselt.experiments.files import to_levels
+from nusselt.experiments.images.formats.png import to_levels
+from nusselt.experiments.verdict.course import SURE
 from nusselt.renderer.estimators import Estimator
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
+from nusselt.renderer.prepared import prepare
+from nusselt.renderer.radiance import reflected
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
@@ -69,8 +72,7 @@ def _pass(probe: Probe, estimator: Estimator, rng: np.random.Generator) -> Float
     for start in range(0, sight.points.count, LOOK):
         some = np.arange(start, min(start + LOOK, sight.points.count))
         points = sight.points.take(some)
-        for source in needs.sources:
-            out[:, sight.lit[some]] += estimator(points, source.seen_from(points.position), rng)
+        out[:, sight.lit[some]] += reflected(points, needs, partial(estimator, rng=rng))
     return out
 
 

@@ -15,7 +15,8 @@ from nusselt.experiments.results.document import package_versions
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import ESTIMATORS, Area, Estimator
-from nusselt.renderer.image import Image, prepare, render
+from nusselt.renderer.image import Image, render
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
 AREA = Area(samples=64, stratified=True)

@@ -14,8 +14,8 @@ import numpy as np
 from nusselt.experiments.check.check import Progress
 from nusselt.experiments.check.question import Question, number_within, one_of, whole_within
 from nusselt.experiments.check.references import KeptReferences
-from nusselt.experiments.images.formats import READERS, Raw
-from nusselt.experiments.images.read import quantiser_of, raw_of, read_image
+from nusselt.experiments.images.formats import Raw
+from nusselt.experiments.images.read import READERS, quantiser_of, raw_of, read_image
 from nusselt.experiments.images.transfer import RULES, Transfer
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene

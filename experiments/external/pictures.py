@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from nusselt.experiments.files import replacing, write_image
+from nusselt.experiments.files import replacing
+from nusselt.experiments.images.write import write_image
 from nusselt.experiments.results.pictures import colour_difference
-from nusselt.experiments.verdict import standard_errors
+from nusselt.experiments.verdict.judge import standard_errors
 
 from .comparison import Comparison
 

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from nusselt.experiments.images.formats import READERS, Raw
-from nusselt.experiments.images.read import read_image
+from nusselt.experiments.images.formats import Raw
+from nusselt.experiments.images.read import READERS, read_image
 from nusselt.experiments.scenes import catalogue
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene

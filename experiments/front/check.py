@@ -21,7 +21,7 @@ from nusselt.experiments.external.comparison import Comparison
 from nusselt.experiments.external.function import FunctionRenderer, RenderFunction
 from nusselt.experiments.external.judge import External, ImageLike, Judging, judge_images, judge_renderer
 from nusselt.experiments.external.program import Program, ProgramRenderer
-from nusselt.experiments.inference import Level
+from nusselt.experiments.verdict.level import Level
 from nusselt.experiments.workers import PATIENCE, worker_pool
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Estimator

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from nusselt.experiments.check.draw import Drawing, Drawn, draw
 from nusselt.experiments.check.question import PixelRule, ShadowOrigin
 from nusselt.experiments.check.request import Reading, SceneLike
-from nusselt.experiments.files import to_levels, write_image
+from nusselt.experiments.images.formats.png import to_levels
+from nusselt.experiments.images.write import write_image
 from nusselt.experiments.workers import PATIENCE, worker_pool
 from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image

@@ -11,10 +11,12 @@ from nusselt.experiments.scenes import catalogue
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
-from .formats import READERS, Raw
-from .formats.floats import raw_of_array
+from .formats import FORMATS, Raw
+from .formats.npy import raw_of_array
 from .formats.raw import check_bytes, refuse
 from .transfer import RULES, Quantiser, Rule, Transfer
+
+READERS = {kind.suffix: kind.read for kind in FORMATS}
 
 
 def is_image(name: str) -> bool:

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.experiments.files import replacing, to_levels
+from nusselt.experiments.files import replacing
+from nusselt.experiments.images.formats.png import to_levels
 from nusselt.renderer.vectors import Floats
 
 BLUE, RED, GREY, GREEN, GOLD = "#2b6cb0", "#c53030", "#718096", "#2f855a", "#b7791f"

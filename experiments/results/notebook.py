@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from nusselt.experiments.files import to_levels
-from nusselt.experiments.verdict import standard_errors
+from nusselt.experiments.images.formats.png import to_levels
+from nusselt.experiments.verdict.judge import standard_errors
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
 

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.experiments.files import replacing, to_levels, write_image
-from nusselt.experiments.verdict import standard_errors
+from nusselt.experiments.files import replacing
+from nusselt.experiments.images.formats.png import to_levels
+from nusselt.experiments.images.write import write_image
+from nusselt.experiments.verdict.judge import standard_errors
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
 

@@ -33,7 +33,9 @@ def _cells(row: dict[str, Any]) -> dict[str, str]:
     """One row by column; empty where nothing was measured."""
     kind = "" if row["claim"] == "exact" else f" {row['samples']}{' strat' if row['stratified'] else ''}"
     mark = "" if row["as_claimed"] in (True, None) else " [red]not as claimed[/]"
-    seconds = sum(value for key, value in row["seconds"].items() if key in ("pilot", "ours", "reference", "prior"))
+    seconds = sum(
+        value for key, value in row["seconds"].items() if key in ("pilot", "ours", "reference", "expectations")
+    )
     told = {
         "scene": escape(row["scene"]),
         "estimator": row["estimator"] + kind,

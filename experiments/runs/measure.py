@@ -13,7 +13,8 @@ import numpy as np
 from scipy import stats
 
 from nusselt.renderer.estimators import Analytic, ControlVariate, Estimator, Exact
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 

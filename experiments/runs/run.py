@@ -12,13 +12,13 @@ from typing import Any
 from rich.table import Table
 
 from nusselt.experiments.files import replacing
-from nusselt.experiments.inference import Level
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.figures import save
 from nusselt.experiments.results.study_tables import table, write_csv
 from nusselt.experiments.results.tables import console, verdict_table
 from nusselt.experiments.terminal.progress import progress_bar
+from nusselt.experiments.verdict.level import Level
 from nusselt.experiments.workers import worker_pool
 from nusselt.renderer.errors import InputError
 

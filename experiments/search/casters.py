@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight
+from nusselt.renderer.lights import Light, QuadLight
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, column, cross, dot, frame, unit
 
@@ -105,17 +105,18 @@ def reach(geometry: Geometry, points: ShadingPoints) -> float:
     return float(4 * (np.abs(points.position).max(initial=0) + bodies + triangles))
 
 
-def end_of(geometry: Geometry, points: ShadingPoints, light: PointLight | DirectionalLight) -> Floats:
+def end_of(geometry: Geometry, points: ShadingPoints, light: Light) -> Floats:
     """Where the segments to a light without extent end, (3, n)."""
-    if isinstance(light, PointLight):
-        return np.broadcast_to(column(light.position), points.position.shape)
-    return points.position + column(light.direction) * reach(geometry, points)
+    place, _ = light.middle()
+    if light.at_infinity:
+        return points.position + place * reach(geometry, points)
+    return np.broadcast_to(place, points.position.shape)
 
 
 def unanimous(geometry: Geometry, points: ShadingPoints, lights: tuple[Light, ...], blur: Floats) -> Any:
     """Whether no light without extent is seen past an edge so closely that a step of ``blur`` (n,) decides; (n,)."""
     alike = np.ones(points.count, dtype=bool)
-    sharp = [light for light in lights if isinstance(light, PointLight | DirectionalLight)]
+    sharp = [light for light in lights if not light.has_extent]
     if not sharp:
         return alike
     skip = coplanar(geometry, points.position)

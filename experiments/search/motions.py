@@ -142,7 +142,7 @@ def places(scene: Scene) -> Floats:
     found = [np.zeros((3, 0)), *(mesh.vertices for mesh in scene.meshes)]
     found += [np.array(one.center, dtype=float)[:, None] for one in scene.ellipsoids]
     found += [corners(light) for light in scene.quad_lights]
-    found += [np.array(v.position)[:, None] for v in scene.lights if isinstance(v, PointLight)]
+    found += [v.anchored() for v in scene.lights if v.parallelogram() is None]
     return np.hstack(found)
 
 

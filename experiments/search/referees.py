@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight
+from nusselt.renderer.lights import Light, QuadLight
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, column, cross, dot, frame
@@ -161,25 +161,31 @@ def ask(
     """One referee's reflected radiance of all lights."""
     mean, width, means = np.zeros((3, points.count)), np.zeros((3, points.count)), 0
     for light in scene.lights:
-        if isinstance(light, QuadLight):
-            diffuse, glossy = REFEREES[name](geometry, points, light, samples, rng)
-            colour = column(light.radiance)
-            mean += colour * (points.diffuse * diffuse.mean + points.specular * glossy.mean)
-            width += colour * (points.diffuse * diffuse.width + points.specular * glossy.width)
+        quad = light.parallelogram()
+        if quad is not None:
+            diffuse, glossy = REFEREES[name](geometry, points, quad, samples, rng)
+            colour = column(quad.radiance)
+            for albedo, part in ((points.diffuse, diffuse), (points.specular, glossy)):
+                share = colour * albedo
+                mean += share * part.mean
+                # A width is infinite where nothing is known: of what reflects nothing, all is.
+                width += share * np.where(share > 0, part.width, 0.0)
             means += 2 * points.count
-        elif isinstance(light, PointLight | DirectionalLight):
+        elif light.has_extent:
+            raise TypeError(f"no referee knows a {light.kind} light")
+        else:
             mean += _sharp(geometry, points, light)
     return Estimate(mean, width, means)
 
 
-def _sharp(geometry: Geometry, points: ShadingPoints, light: PointLight | DirectionalLight) -> Floats:
+def _sharp(geometry: Geometry, points: ShadingPoints, light: Light) -> Floats:
     """Radiance (3, n) of a light without extent."""
     end = end_of(geometry, points, light)
     d = end - points.position
     r2 = dot(d, d)
     u = d / np.sqrt(r2)
     seen = ~hidden(geometry, points, end[:, :, None], coplanar(geometry, points.position))[:, 0]
-    strength = column(light.intensity) / r2 if isinstance(light, PointLight) else column(light.irradiance)
+    strength = column(light.colour) / (1 if light.at_infinity else r2)
     s = points.shininess
     lobe = points.specular * ((s + 2) / (2 * math.pi) * _lobe(points, u[:, :, None])[:, 0])
     return np.asarray(strength * seen * np.maximum(dot(points.normal, u), 0) * (points.diffuse / math.pi + lobe))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight
+from nusselt.renderer.lights import Light, QuadLight
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, column, cross, dot
 
@@ -49,16 +49,16 @@ def scale_of(points: ShadingPoints, light: Light) -> Floats:
     """The most a light can give (3, n): radiance times solid angle times the largest reflectance, no cosine."""
     lobe = points.specular * ((points.shininess + 2) / (2 * np.pi))
     reflectance = points.diffuse / np.pi + lobe
-    if isinstance(light, QuadLight):
-        distance = np.maximum(to_light(points, light)[0], np.sqrt(light.area) * 1e-12)
-        angle = np.minimum(light.area / distance**2, 2 * np.pi)
-        return np.asarray(reflectance * angle * column(light.radiance))
-    if isinstance(light, PointLight):
-        d = column(light.position) - points.position
-        return np.asarray(reflectance / dot(d, d) * column(light.intensity))
-    if isinstance(light, DirectionalLight):
-        return np.asarray(reflectance * column(light.irradiance))
-    raise TypeError(f"no random scene has a {type(light).__name__}")
+    quad = light.parallelogram()
+    if quad is not None:
+        distance = np.maximum(to_light(points, quad)[0], np.sqrt(quad.area) * 1e-12)
+        angle = np.minimum(quad.area / distance**2, 2 * np.pi)
+        return np.asarray(reflectance * angle * column(quad.radiance))
+    if light.has_extent:
+        raise TypeError(f"no random scene has a {light.kind} light")
+    place, _ = light.middle()
+    d = place - points.position
+    return np.asarray(reflectance / (1 if light.at_infinity else dot(d, d)) * column(light.colour))
 
 
 def nearest(points: ShadingPoints, geometry: Geometry, size: float) -> Floats:
@@ -98,11 +98,12 @@ def input_noise(points: ShadingPoints, geometry: Geometry, lights: tuple[Light, 
     total = np.zeros((3, points.count))
     for light in lights:
         blur = 1.0 + points.shininess * (points.specular.max(axis=0) > 0)
-        if isinstance(light, QuadLight):
-            distance, _ = to_light(points, light)
+        quad = light.parallelogram()
+        if quad is not None:
+            distance, _ = to_light(points, quad)
             distance = np.maximum(distance, EPSILON * size)
-            longest = max(np.sqrt((np.array(v) ** 2).sum()) for v in (light.ab, light.ac))
-            thin = light.area / longest
+            longest = max(np.sqrt((np.array(v) ** 2).sum()) for v in (quad.ab, quad.ac))
+            thin = quad.area / longest
             swept = size / edge * (1 + (distance + longest) / thin)
             own = blur * (1 + size / distance) * (1 + size / thin)
             total += ROUNDINGS * EPSILON * (swept + own) * scale_of(points, light)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight
+from nusselt.renderer.lights.text import vector_fields
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.scene_text import write_scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
@@ -110,7 +110,7 @@ def _simpler(scene: Scene, fault: Fault) -> Iterator[Scene]:
         meshes=tuple(Mesh(mesh.vertices, mesh.triangles, grey) for mesh in scene.meshes),
         ellipsoids=tuple(replace(one, material=grey) for one in scene.ellipsoids),
     )
-    white = tuple(replace(v, radiance=(1.0, 1.0, 1.0)) if isinstance(v, QuadLight) else v for v in scene.lights)
+    white = tuple(v.with_colour((1.0, 1.0, 1.0)) if v.area > 0 else v for v in scene.lights)
     for candidate in (scene.with_(two_sided=False), plain, scene.with_(lights=white)):
         if candidate != scene:
             yield candidate
@@ -127,11 +127,7 @@ def _rounded(scene: Scene, digits: int) -> Scene:
         return tuple(np.round(np.array(p), digits).tolist())
 
     def lit(light: Any) -> Any:
-        if isinstance(light, QuadLight):
-            return QuadLight(at(light.corner), at(light.ab), at(light.ac), light.radiance)
-        if isinstance(light, PointLight):
-            return replace(light, position=at(light.position))
-        return replace(light, direction=at(light.direction)) if isinstance(light, DirectionalLight) else light
+        return replace(light, **{name: at(getattr(light, name)) for name in vector_fields(light)})
 
     camera = scene.camera
     return scene.with_(

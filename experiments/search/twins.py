@@ -162,10 +162,11 @@ def _subdivided(scene: Scene, rng: np.random.Generator) -> Copy:
 
 def _split(light: Light, ab: bool) -> tuple[Light, ...]:
     """Two halves across one edge; a light without extent as it is."""
-    if not isinstance(light, QuadLight):
+    quad = light.parallelogram()
+    if quad is None:
         return (light,)
-    edge, corner = np.array(light.ab if ab else light.ac) / 2, np.array(light.corner)
-    half = replace(light, **{"ab" if ab else "ac": tuple(edge)})
+    edge, corner = np.array(quad.ab if ab else quad.ac) / 2, np.array(quad.corner)
+    half = replace(quad, **{"ab" if ab else "ac": tuple(edge)})
     return half, replace(half, corner=tuple(corner + edge))
 
 
@@ -176,7 +177,7 @@ def _lights_cut(scene: Scene, rng: np.random.Generator, times: int) -> Copy | No
     first, exact = bool(rng.random() < 0.5), all(corners_exact(light) for light in scene.quad_lights)
     for time in range(times):
         pieces = [(k, half) for k, light in pieces for half in _split(light, first ^ bool(time))]
-    exact &= all(corners_exact(light) for _, light in pieces if isinstance(light, QuadLight))
+    exact &= all(corners_exact(quad) for quad in (light.parallelogram() for _, light in pieces) if quad is not None)
     lights, of = tuple(light for _, light in pieces), tuple(k for k, _ in pieces)
     return Copy(scene.with_(lights=lights), exact=exact, of=of)
 
@@ -204,7 +205,8 @@ def _light_corner(scene: Scene, rng: np.random.Generator) -> Copy | None:
 
     if not scene.quad_lights:
         return None
-    lights = tuple(from_next(light) if isinstance(light, QuadLight) else light for light in scene.lights)
+    quads = [(light, light.parallelogram()) for light in scene.lights]
+    lights = tuple(light if quad is None else from_next(quad) for light, quad in quads)
     copy = scene.with_(lights=lights)
     exact = all(corners_exact(light) for light in (*scene.quad_lights, *copy.quad_lights))
     return Copy(copy, exact=exact)
@@ -232,11 +234,10 @@ def _reach(scene: Scene) -> Floats:
 
 def _brighter(scene: Scene, rng: np.random.Generator) -> Copy:
     """Twice the radiance of every light."""
-    names = ("radiance", "intensity", "irradiance")
 
-    def doubled(light: object) -> object:
-        name = next(name for name in names if hasattr(light, name))
-        return replace(light, **{name: tuple(2 * channel for channel in getattr(light, name))})  # type: ignore[type-var]
+    def doubled(light: Light) -> Light:
+        r, g, b = (2 * channel for channel in light.colour)
+        return light.with_colour((r, g, b))
 
     return Copy(scene.with_(lights=tuple(map(doubled, scene.lights))), factor=2.0)
 

@@ -10,7 +10,7 @@ from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settin
 from nusselt.experiments.runs.measure import SURE, measured, small, truth_of
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area
-from nusselt.renderer.image import prepare
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
 

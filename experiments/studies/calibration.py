@@ -1,13 +1,14 @@
 """Does a verdict mean what it says? False-alarm rates on null data, and power on planted biases.
 
-Thousands of reports are simulated through the rules of `verdict.judge`. Null data: both sides draw their passes
-from the same law, which is normal, heavy-tailed, nearly without noise, of a tiny image, with light points shared
-by all pixels, or real: passes of ours, or of Mitsuba's, rendered once. The margin is next to nothing, so that
-every alarm the noise can give is given.
+Thousands of reports are simulated and put through the verdict's own rules, many rows at once. Null data: both sides
+draw their passes from the same law, which is normal, heavy-tailed, nearly without noise, of a tiny image, in colour,
+with light points shared by all pixels, or real: passes of ours, or of Mitsuba's, rendered once. The margin is next to
+nothing, so that every alarm the noise can give is given.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,12 +16,15 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from nusselt.experiments.inference import Level
-from nusselt.experiments.many_reports import Rows, judge_many
 from nusselt.experiments.results.figures import BLUE, RED, canvas
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.scenes.catalogue import load
-from nusselt.experiments.verdict import POWER
+from nusselt.experiments.verdict.evidence import Evidence, Seen, Side, tile_numbers
+from nusselt.experiments.verdict.intervals import average, freedom_of
+from nusselt.experiments.verdict.level import Level, findings
+from nusselt.experiments.verdict.rules import MEAN
+from nusselt.experiments.verdict.rules.mean import POWER
+from nusselt.experiments.verdict.rules.normality import is_doubtful
 from nusselt.mitsuba_bridge.variance import Setting, measure_spread
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
@@ -32,6 +36,7 @@ OURS, THEIRS, OTHERS = 4, 32, 8
 """Passes of ours (the fewest of a check), of the reference, and of Mitsuba's own variance."""
 SIDE = 20
 """Pixels a side."""
+COLOUR = np.array([0.8, 0.5, 0.2], dtype=np.float32)[:, None]
 CHUNK = 1 << 24
 """Values simulated at once."""
 NOTHING = 1e-9
@@ -48,7 +53,7 @@ BIASES = (5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2)
 """Planted, relative."""
 
 Draw = Callable[[np.random.Generator, int, int], Floats]
-"""(generator, rows, passes) to passes (rows, passes, pixels) whose mean is the same for all passes."""
+"""(generator, rows, passes) to values (rows, passes, channels, pixels) whose mean is the same for all passes."""
 
 
 @dataclass(frozen=True)
@@ -59,23 +64,47 @@ class World:
     ----------
     name : str
     draw : callable
-    independent : bool
-        Whether pixels are; else ours gets as many passes as the reference.
+    shares_points : bool
+        Whether the pixels of a pass do; then ours gets as many passes as the reference.
     """
 
     name: str
     draw: Draw
-    independent: bool = True
+    shares_points: bool = False
 
     @property
     def passes(self) -> tuple[int, int, int]:
-        return (OURS, THEIRS, OTHERS) if self.independent else (THEIRS, THEIRS, 0)
+        return (THEIRS, THEIRS, 0) if self.shares_points else (OURS, THEIRS, OTHERS)
 
-    def rows(self, rng: np.random.Generator, count: int) -> Rows:
-        """Null rows."""
+    def rows(self, rng: np.random.Generator, count: int, margin: float = NOTHING, bias: float = 0.0) -> Evidence:
+        """Rows whose bias, relative to the reference's mean, is the one given."""
         n, r, k = self.passes
-        every = self.draw(rng, count, n + r + k)
-        return Rows(every[:, :n], every[:, n : n + r], every[:, n + r :] if k else None, self.independent)
+        ours, theirs, others = np.split(self.draw(rng, count, n + r + k), [n, n + r], axis=1)
+        ours = ours + bias * theirs.mean() if bias else ours
+        return simulated(ours, theirs, others if k else None, margin, self.shares_points)
+
+
+def simulated(ours: Floats, theirs: Floats, others: Floats | None, margin: float, shares_points: bool) -> Evidence:
+    """Evidence of square images all of whose pixels are shaded, from the passes (b, r, c, p) of both sides.
+
+    Parameters
+    ----------
+    others : (b, k, c, p) float, optional
+        Passes of Mitsuba's image for the same strategy.
+    """
+    mine, their = Side.of_passes("ours", ours, shares_points), Side.of_passes("the reference", theirs, True)
+    nothing = np.zeros(mine.grey_variance.shape)
+    side = math.isqrt(mine.mean.shape[2])
+    return Evidence(
+        mine,
+        their,
+        tile_numbers(side, side).ravel(),
+        (Seen(mine.mean, nothing, nothing), Seen(their.mean, nothing, nothing)),
+        unjudged=np.zeros(side * side, dtype=bool),
+        margin=margin,
+        shares_points=shares_points,
+        variance=None if others is None else others.mean(axis=2).var(axis=1, ddof=1, dtype=np.float64) / ours.shape[1],
+    )
 
 
 def _levels(pixels: int) -> Floats:
@@ -87,38 +116,49 @@ def _normal(side: int, share: float = 1.0) -> Draw:
     sigma = np.float32(share) * _levels(side * side)
 
     def draw(rng: np.random.Generator, rows: int, passes: int) -> Floats:
-        return 1 + sigma * rng.standard_normal((rows, passes, side * side), dtype=np.float32)
+        return 1 + sigma * rng.standard_normal((rows, passes, 1, side * side), dtype=np.float32)
 
     return draw
 
 
 def _heavy(rng: np.random.Generator, rows: int, passes: int) -> Floats:
     """Lognormal with a standard deviation of 2.9 means: excess kurtosis 10^4."""
-    values = np.exp(1.5 * rng.standard_normal((rows, passes, SIDE * SIDE), dtype=np.float32) - 1.125)
+    values = np.exp(1.5 * rng.standard_normal((rows, passes, 1, SIDE * SIDE), dtype=np.float32) - 1.125)
     return np.asarray(values)
 
 
 def _pareto(rng: np.random.Generator, rows: int, passes: int) -> Floats:
     """Pareto with exponent 2.5: a variance, and no third moment."""
-    return np.asarray(rng.random((rows, passes, SIDE * SIDE), dtype=np.float32).clip(1e-7) ** (-1 / 2.5) * 0.6)
+    return np.asarray(rng.random((rows, passes, 1, SIDE * SIDE), dtype=np.float32).clip(1e-7) ** (-1 / 2.5) * 0.6)
 
 
 def _quiet(rng: np.random.Generator, rows: int, passes: int) -> Floats:
     """One pixel in fifty has noise."""
-    values = np.ones((rows, passes, SIDE * SIDE))
+    values = np.ones((rows, passes, 1, SIDE * SIDE))
     noisy = slice(0, SIDE * SIDE, 50)
     values[..., noisy] += 0.3 * rng.standard_normal(values[..., noisy].shape)
     return values
 
 
+def _coloured(rng: np.random.Generator, rows: int, passes: int) -> Floats:
+    """Three channels, each with noise in common with the others and as much of its own."""
+    noise = rng.standard_normal((2, rows, passes, 3, SIDE * SIDE), dtype=np.float32)
+    return COLOUR * (1 + _levels(SIDE * SIDE) * (noise[0] + noise[1, :, :, :1]))
+
+
 def _shared(rng: np.random.Generator, rows: int, passes: int) -> Floats:
     """Every pixel of a pass has the same light points."""
-    own = 0.01 * rng.standard_normal((rows, passes, SIDE * SIDE), dtype=np.float32)
-    return np.asarray(1 + own + 0.1 * rng.standard_normal((rows, passes, 1), dtype=np.float32))
+    own = 0.01 * rng.standard_normal((rows, passes, 1, SIDE * SIDE), dtype=np.float32)
+    return np.asarray(1 + own + 0.1 * rng.standard_normal((rows, passes, 1, 1), dtype=np.float32))
+
+
+def _shared_in_colour(rng: np.random.Generator, rows: int, passes: int) -> Floats:
+    """The same in three channels: some of what the light points bring has a colour of its own."""
+    return COLOUR * (_shared(rng, rows, passes) + 0.1 * rng.standard_normal((rows, passes, 3, 1), dtype=np.float32))
 
 
 def from_pool(pool: Floats) -> Draw:
-    """Whole passes out of a pool (passes, pixels), dealt like cards: none twice in a row."""
+    """Whole passes out of a pool (passes, channels, pixels), dealt like cards: none twice in a row."""
 
     def draw(rng: np.random.Generator, rows: int, passes: int) -> Floats:
         hands = len(pool) // passes
@@ -135,18 +175,22 @@ SIMULATED = (
     World("heavy-tailed (lognormal)", _heavy),
     World("heavy-tailed (Pareto 2.5)", _pareto),
     World("nearly without noise", _quiet),
-    World("shared light points", _shared, independent=False),
+    World("three channels", _coloured),
+    World("shared light points", _shared, shares_points=True),
+    World("shared light points, three channels", _shared_in_colour, shares_points=True),
 )
 
 
 STILL = World("normal, a tenth of the noise", _normal(SIDE, 0.1))
 
 
-def chunks(world: World, reports: int, rng: np.random.Generator) -> Iterator[Rows]:
+def chunks(
+    world: World, reports: int, rng: np.random.Generator, margin: float = NOTHING, bias: float = 0.0
+) -> Iterator[Evidence]:
     """Rows of so many reports, some at a time."""
     step = max(1, CHUNK // (ROWS * sum(world.passes) * SIDE * SIDE))
     for start in range(0, reports, step):
-        yield world.rows(rng, ROWS * min(step, reports - start))
+        yield world.rows(rng, ROWS * min(step, reports - start), margin, bias)
 
 
 def interval(hits: int, count: int) -> tuple[float, float]:
@@ -161,9 +205,10 @@ def false_alarms(world: World, alpha: float, reports: int, limit: float, seed: i
     enough = 6.7 * alpha / (limit - alpha) ** 2
     alarms = objected = 0
     for rows in chunks(world, reports, rng):
-        found = judge_many(rows, NOTHING, Level(alpha, ROWS))
-        alarms += int(found.differs.reshape(-1, ROWS).any(axis=1).sum())
-        objected += int(found.objected.sum())
+        said = findings(rows, Level(alpha, ROWS))
+        differs = np.any([finding.fails for finding in said.values()], axis=0)
+        alarms += int(differs.reshape(-1, ROWS).any(axis=1).sum())
+        objected += int(is_doubtful(rows).sum())
     low, high = interval(alarms, reports)
     return {
         "case": f"false alarms: {world.name}",
@@ -182,13 +227,13 @@ def false_alarms(world: World, alpha: float, reports: int, limit: float, seed: i
 def power_at_smallest(world: World, alpha: float, reports: int, seed: int) -> dict[str, Any]:
     """One row: each simulated row is given the bias that it prints as the smallest it detects."""
     rng = np.random.default_rng(seed)
-    level, margin = Level(alpha, 1), MARGIN
+    level = Level(alpha, 1).of(MEAN)
     found_in = count = 0
-    for rows in chunks(world, reports, rng):
-        null = judge_many(rows, margin, level)
-        planted = null.bias + null.smallest
-        found_in += int((planted - null.reach > margin).sum())
-        count += null.bias.size
+    for rows in chunks(world, reports, rng, MARGIN):
+        null = MEAN(rows, level).figures
+        planted = null["bias_interval"][:, 0] + null["minimum_detectable_bias"]
+        found_in += int((planted > MARGIN).sum())
+        count += planted.size
     low, high = interval(found_in, count)
     return {
         "case": f"power at the printed smallest detectable bias: {world.name}",
@@ -205,19 +250,18 @@ def power_at_smallest(world: World, alpha: float, reports: int, seed: int) -> di
 def power(world: World, bias: float, alpha: float, reports: int, seed: int) -> dict[str, Any]:
     """One row: how often a planted relative bias is found, and how often it should be."""
     rng = np.random.default_rng(seed)
-    level = Level(alpha, 1)
+    level = Level(alpha, 1).of(MEAN)
     hits = count = 0
     errors = []
-    for rows in chunks(world, reports, rng):
-        planted = Rows(rows.ours + bias * rows.theirs.mean(), rows.theirs, rows.others, rows.independent)
-        found = judge_many(planted, MARGIN, level)
-        hits += int((np.abs(found.bias) - found.reach > MARGIN).sum())
-        count += found.bias.size
-        errors.append(found.error**2)
+    for rows in chunks(world, reports, rng, MARGIN, bias):
+        finding = MEAN(rows, level)
+        hits += int(finding.fails.sum())
+        count += finding.fails.size
+        errors.append(finding.figures["bias_relative_standard_error"] ** 2)
     error = float(np.sqrt(np.concatenate(errors).mean()))
     n, r, _ = world.passes
     freedom = (1 / n + 1 / r) ** 2 / ((1 / n) ** 2 / freedom_of_ours(world) + (1 / r) ** 2 / (r - 1))
-    expected = float(stats.nct.sf(stats.t.isf(level.pooled / 2, freedom), freedom, (bias - MARGIN) / error))
+    expected = float(stats.nct.sf(stats.t.isf(level / 2, freedom), freedom, (bias - MARGIN) / error))
     low, high = interval(hits, count)
     return {
         "case": f"power at {bias:.2%}: {world.name}",
@@ -233,9 +277,7 @@ def power(world: World, bias: float, alpha: float, reports: int, seed: int) -> d
 
 def freedom_of_ours(world: World) -> float:
     """What the pooled noise of ours is taken to have, on average."""
-    rows = world.rows(np.random.default_rng(2), 400)
-    noise = np.var(rows.ours, axis=1, ddof=1)
-    return 2 * float((noise.sum(axis=1) ** 2 / (noise**2).sum(axis=1)).mean())
+    return float(average(freedom_of(world.rows(np.random.default_rng(2), 400).ours.grey_variance)))
 
 
 def real_worlds(passes: int, seed: int, timeout: float = 300.0) -> tuple[World, ...]:
@@ -249,9 +291,9 @@ def real_worlds(passes: int, seed: int, timeout: float = 300.0) -> tuple[World, 
     scene = load("cornell-boxes").with_(width=SIDE, height=SIDE)
     estimator = Area(samples=4, stratified=True)
     images = [render(scene, estimator, seed=seed + number) for number in range(passes)]
-    ours = np.array([np.where(image.shaded, image.mean.mean(axis=0), 0).ravel() for image in images])
+    ours = np.array([np.where(image.shaded, image.mean, 0).reshape(3, -1) for image in images])
     (found,) = measure_spread(scene, [Setting("stratified", 4, passes)], seed=seed, timeout=timeout, images=True)
-    theirs = np.asarray(found.images).reshape(passes, -1)
+    theirs = np.asarray(found.images).reshape(passes, 1, -1)
     return World("ours against ours", from_pool(ours)), World("Mitsuba against Mitsuba", from_pool(theirs))
 
 

@@ -14,7 +14,7 @@ from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settin
 from nusselt.experiments.runs.measure import Truth, measured, slope, small, truth_of
 from nusselt.experiments.runs.own import Own
 from nusselt.renderer.estimators import Area, Estimator
-from nusselt.renderer.image import prepare
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 

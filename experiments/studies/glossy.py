@@ -12,7 +12,8 @@ from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settin
 from nusselt.experiments.runs.measure import SURE, measured, small, truth_of
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Analytic, Area
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import Material
 

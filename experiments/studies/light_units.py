@@ -8,7 +8,6 @@ for area E = L times the mean solid angle, directional for point E = I / mean R^
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,10 +17,8 @@ from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settin
 from nusselt.experiments.runs.measure import slope
 from nusselt.experiments.scenes.shapes import GREY, lamp, plate
 from nusselt.renderer.closed_forms.irradiance import irradiance
-from nusselt.renderer.closed_forms.sun import sun_irradiance
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
-from nusselt.renderer.light_points import quad_beams
 from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
 from nusselt.renderer.scene import Camera, Scene
 from nusselt.renderer.surfaces import Ellipsoid
@@ -57,7 +54,7 @@ def to_a_direction(size: float) -> float:
 def sun_by_solid_angle(size: float) -> float:
     """The sun with the lecture's L d(omega) = E in place of its projected solid angle."""
     sun = SunLight((0.0, 0.0, 1.0), (1.0, 1.0, 1.0), float(np.degrees(2 * size)))
-    projected = np.pi * np.sin(size) ** 2 * float(sun_irradiance(sun, column((0, 0, 1)))[0])
+    projected = np.pi * np.sin(size) ** 2 * float(sun.irradiance_on(column((0, 0, 1)))[0])
     return float(projected / (4 * np.pi * np.sin(size / 2) ** 2)) - 1
 
 
@@ -86,7 +83,7 @@ def lights(height: float) -> tuple[dict[str, Light], Floats]:
     t = (np.arange(48) + 0.5) / 48 * 4 - 2
     points = np.stack([v.ravel() for v in np.meshgrid(t, [0.0], t)])
     grid = [v.ravel()[None] for v in np.meshgrid((np.arange(12) + 0.5) / 12, (np.arange(12) + 0.5) / 12)]
-    _, weights = quad_beams(quad, points, *grid)
+    _, weights = quad.beams(points, *grid)
     from_centre = points - column((0, height, 0))
     mean_square = float(dot(from_centre, from_centre).mean())
     angle = float(weights.sum(axis=1).mean())
@@ -107,7 +104,9 @@ def floor_irradiance(light: Light, points: Floats) -> Floats:
     if isinstance(light, PointLight):
         d = column(light.position) - points
         return light.intensity[0] * d[1] / dot(d, d) ** 1.5
-    return np.full(points.shape[1], light.direction[1] * light.irradiance[0])
+    if isinstance(light, DirectionalLight):
+        return np.full(points.shape[1], light.direction[1] * light.irradiance[0])
+    raise TypeError(f"the lecture has no {light.kind} light")
 
 
 def thumb(height: float) -> Outcome:
@@ -141,9 +140,8 @@ def images(height: float, width: int, seed: int) -> Outcome:
 
 
 def _times(light: Light, factor: float) -> Light:
-    entry = {QuadLight: "radiance", PointLight: "intensity"}.get(type(light), "irradiance")
-    change: dict[str, Any] = {entry: tuple(factor * c for c in getattr(light, entry))}
-    return replace(light, **change)
+    r, g, b = (factor * c for c in light.colour)
+    return light.with_colour((r, g, b))
 
 
 def jobs(settings: Settings) -> list[Job]:

@@ -18,7 +18,8 @@ from nusselt.experiments.results.figures import BLUE, RED, canvas
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.scenes.procedural import generated
 from nusselt.renderer.estimators import estimator_named
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
+from nusselt.renderer.prepared import prepare
 
 TRIANGLES: tuple[int, ...] = (1_000, 10_000, 100_000, 400_000, 1_000_000)
 SIDES: tuple[int, ...] = (128, 256, 512, 1024, 2048)

@@ -18,9 +18,8 @@ from nusselt.renderer.camera.first_hits import first_hits
 from nusselt.renderer.camera.rays import pixel_centres, primary_directions
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators.common_points import lattice
-from nusselt.renderer.image import prepare
-from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.needs import Source
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import column, dot
 from nusselt.renderer.visibility.shared_points import CommonVisibility
@@ -72,19 +71,17 @@ def measure(triangles: int, side: int, points: int, repeats: int) -> Outcome:
 
 def _shadows(source: Source, view: ShadingPoints, points: int) -> tuple[int, float, float, int]:
     """Rays to light points, seconds by common points and one by one, and rays on which they differ."""
-    light, common = source.light, CommonVisibility.of(source)
-    if not isinstance(light, QuadLight):
-        raise TypeError("the scene has a quad light")
+    light, common = source.light, CommonVisibility.of(source.blockers, source.light)
     rays, fast, slow, mismatches = 0, 0.0, 0.0, 0
     for u, v in lattice(points).T:
-        eye = column(light.corner) + u * column(light.ab) + v * column(light.ac)
+        eye = light.at(u, v)
         d = eye - view.position
         k = np.flatnonzero(dot(view.normal, d) > 0)
         p, own, way = view.position[:, k], view.ellipsoid[k], d[:, k]
         started = time.process_time()
-        seen = common.seen(p, own, way, eye, False, outside=view.outside[k])
+        seen = common.seen(p, own, way, eye, light.at_infinity, outside=view.outside[k])
         between = time.process_time()
-        one_by_one = source.blockers.visible(p, own, way[:, :, None], False)[:, 0]
+        one_by_one = source.blockers.visible(p, own, way[:, :, None], light.at_infinity)[:, 0]
         slow += time.process_time() - between
         fast += between - started
         rays += k.size

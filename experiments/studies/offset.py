@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 from nusselt.experiments.check.check import seeds
-from nusselt.experiments.inference import Bools, pooled_bias
 from nusselt.experiments.results.figures import BLUE, RED, canvas
 from nusselt.experiments.results.figures import GREY as PALE
 from nusselt.experiments.results.study_tables import table
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
+from nusselt.experiments.verdict.intervals import pooled_bias
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, render_reference
 from nusselt.renderer.estimators import Area
@@ -29,7 +29,7 @@ from nusselt.renderer.image import Image, render
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.scene import Camera, Scene
 from nusselt.renderer.surfaces import Material, Mesh
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 PASSES, SAMPLES = 256, 64
 """Mitsuba's 16,384 samples a pixel: in passes enough that the mean of t^2 is 1.008."""

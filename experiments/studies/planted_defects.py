@@ -18,15 +18,16 @@ from rich import box
 from rich.table import Table
 
 from nusselt.experiments.check.check import MAX_SAMPLES, Question, appearance, our_image, reference_target, seeds
-from nusselt.experiments.check.expectations import prior_of
-from nusselt.experiments.combine import combine_images
+from nusselt.experiments.check.expectations import expectations_of
 from nusselt.experiments.defects.catalogue import CONTROLS, DEFECTS, Control, Planted
 from nusselt.experiments.defects.gates import pictures_differ, pixels_differ
-from nusselt.experiments.earned import PASSES
-from nusselt.experiments.inference import Level
 from nusselt.experiments.results.figures import GOLD, GREEN, RED, canvas
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
-from nusselt.experiments.verdict import NOTHING, Prior, Verdict, judge
+from nusselt.experiments.verdict.evidence import NO_EXPECTATIONS, Expectations
+from nusselt.experiments.verdict.judge import Verdict, judge
+from nusselt.experiments.verdict.level import Level
+from nusselt.experiments.verdict.pooling import combine_images
+from nusselt.experiments.verdict.rules.normality import PASSES
 from nusselt.mitsuba_bridge.reference import Reference, render_reference
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
 from nusselt.renderer.image import Image, render
@@ -42,12 +43,12 @@ TIMEOUT = 300.0
 
 
 class Truths:
-    """References and priors, made once for each scene."""
+    """References and expectations, made once for each scene."""
 
     def __init__(self, seed: int, timeout: float) -> None:
         self.seed, self.timeout = seed, timeout
         self._references: dict[tuple[str, float, str], Reference] = {}
-        self._priors: dict[str, Prior] = {}
+        self._expectations: dict[str, Expectations] = {}
 
     def reference(self, scene: Scene, margin: float, run: str = "") -> Reference:
         """Of a scene, precise enough for a margin; ``run`` names another, independent one."""
@@ -63,12 +64,13 @@ class Truths:
             )
         return self._references[key]
 
-    def prior(self, scene: Scene, estimator: Any) -> Prior:
+    def expectations(self, scene: Scene, estimator: Any) -> Expectations:
         """What the variance of area sampling must be, and where Mitsuba's own offset shows."""
         key = f"{scene.digest()} {estimator.name} {estimator.samples} {estimator.stratified}"
-        if key not in self._priors:
-            self._priors[key] = prior_of(scene, estimator, seeds(self.seed, key)[0], self.timeout, None)
-        return self._priors[key]
+        if key not in self._expectations:
+            first = seeds(self.seed, key)[0]
+            self._expectations[key] = expectations_of(scene, estimator, first, self.timeout, None)
+        return self._expectations[key]
 
 
 def find(planted: Planted, truths: Truths, level: Level, seed: int, executor: Executor | None = None) -> dict[str, Any]:
@@ -77,7 +79,7 @@ def find(planted: Planted, truths: Truths, level: Level, seed: int, executor: Ex
     scene = planted.scene()
     estimator = dataclasses.replace(planted.estimator, samples=FEW)
     reference = truths.reference(planted.convert(scene), planted.margin)
-    prior = truths.prior(scene, estimator)
+    expectations = truths.expectations(scene, estimator)
     parts: list[Image] = []
     for look in range(1, LOOKS + 1):
         passes = FIRST if look == 1 else FIRST * 2 ** (look - 2)
@@ -86,7 +88,8 @@ def find(planted: Planted, truths: Truths, level: Level, seed: int, executor: Ex
         parts.append(planted.render(scene, estimator, executor=executor, **options))
         ours = combine_images(parts)
         total = ours.pass_means.size
-        verdict = judge(ours, reference, passes=total, margin=planted.margin, level=level.at_look(look), prior=prior)
+        share = level.at_look(look)
+        verdict = judge(ours, reference, passes=total, margin=planted.margin, level=share, expectations=expectations)
         if verdict.word == "differs" or total == look == 1:
             break
     return _row(scene, estimator, planted.margin, verdict, ours, reference) | {
@@ -102,19 +105,19 @@ def hold(control: Control, truths: Truths, level: Level, seed: int, executor: Ex
     started = time.perf_counter()
     scene = control.scene()
     question = Question(margin=control.margin, seed=seed)
-    prior = NOTHING
+    expectations = NO_EXPECTATIONS
     if control.estimator is None:
         ours = as_image(truths.reference(scene, control.margin, "again"))
     else:
         ours, _, _ = our_image(scene, control.estimator, question, executor, None)
-        prior = truths.prior(scene, control.estimator)
+        expectations = truths.expectations(scene, control.estimator)
     if control.against is None:
         reference = truths.reference(scene, control.margin)
     else:
         other = dataclasses.replace(question, seed=seed + 1)
         reference = as_reference(_truth(scene, control.against, other, executor), control.against.name)
     passes = ours.pass_means.size
-    verdict = judge(ours, reference, passes=passes, margin=control.margin, level=level, prior=prior)
+    verdict = judge(ours, reference, passes=passes, margin=control.margin, level=level, expectations=expectations)
     claimed = {"agrees": True, "differs": False, "undecided": None}[verdict.word]
     return _row(scene, control.estimator, control.margin, verdict, ours, reference) | {
         "defect": None,

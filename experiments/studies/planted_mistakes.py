@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.experiments.files import to_levels
+from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.scenes import catalogue
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators import Area
-from nusselt.renderer.image import prepare, render
-from nusselt.renderer.light_points import beams
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.lights.sampling import random_beams
 from nusselt.renderer.needs import Source
+from nusselt.renderer.prepared import prepare
+from nusselt.renderer.radiance import reflected
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints, lobe
 from nusselt.renderer.surfaces import Material, Mesh
@@ -70,8 +73,7 @@ def _half_pixel(scene: Scene, seed: int) -> Levels:
     for row in range(scene.height):
         view = look(scene, geometry, np.arange(scene.width) + 0.0, np.full(scene.width, float(row)))
         value = view.emission.copy()
-        for source in needs.sources:
-            value[:, view.lit] += estimator(view.points, source, rng)
+        value[:, view.lit] += reflected(view.points, needs, partial(estimator, rng=rng))
         out[:, row] = value
     return to_levels(out)
 
@@ -107,10 +109,10 @@ class NoCosine(Area):
     """Radiance times solid angle, without n.w."""
 
     def _block(self, points: ShadingPoints, source: Source, rng: np.random.Generator, samples: int) -> Floats:
-        d, weight, endless = beams(source.light, points.position, rng, samples, self.stratified)
+        d, weight = random_beams(source.light, points.position, rng, samples, self.stratified)
         length = np.sqrt(dot(d, d))
         weight = weight * (dot(points.normal[:, :, None], d) > 0)
-        weight = weight * source.blockers.visible(points.position, points.ellipsoid, d, endless)
+        weight = weight * source.blockers.visible(points.position, points.ellipsoid, d, source.light.at_infinity)
         out = points.diffuse * weight.sum(axis=1) / np.pi
         if source.glossy:
             out += points.specular * (weight * lobe(points, d, length)).sum(axis=1)
@@ -122,10 +124,10 @@ class EvenLobe(Area):
     """The Phong lobe to an even power, with nothing cut off."""
 
     def _block(self, points: ShadingPoints, source: Source, rng: np.random.Generator, samples: int) -> Floats:
-        d, weight, endless = beams(source.light, points.position, rng, samples, self.stratified)
+        d, weight = random_beams(source.light, points.position, rng, samples, self.stratified)
         length = np.sqrt(dot(d, d))
         arriving = weight * np.maximum(dot(points.normal[:, :, None], d), 0) / length
-        arriving = arriving * source.blockers.visible(points.position, points.ellipsoid, d, endless)
+        arriving = arriving * source.blockers.visible(points.position, points.ellipsoid, d, source.light.at_infinity)
         turned = replace(points, mirror=-points.mirror)
         out = points.diffuse * arriving.sum(axis=1) / np.pi
         return out + points.specular * (arriving * (lobe(points, d, length) + lobe(turned, d, length))).sum(axis=1)
@@ -136,11 +138,11 @@ class NoGap(Area):
     """Shadow rays are tried, in float32, against the triangles of the light they go to, and may hit at their end."""
 
     def _block(self, points: ShadingPoints, source: Source, rng: np.random.Generator, samples: int) -> Floats:
-        d, weight, endless = beams(source.light, points.position, rng, samples, self.stratified)
-        weight = weight * source.blockers.visible(points.position, points.ellipsoid, d, endless)
-        light = source.light
-        if isinstance(light, QuadLight):
-            p, ab, ac = (np.array(v, dtype=np.float32)[:, None, None] for v in (light.corner, light.ab, light.ac))
+        d, weight = random_beams(source.light, points.position, rng, samples, self.stratified)
+        weight = weight * source.blockers.visible(points.position, points.ellipsoid, d, source.light.at_infinity)
+        quad = source.light.parallelogram()
+        if quad is not None:
+            p, ab, ac = (v.astype(np.float32)[:, :, None] for v in quad.columns)
             for b, c in ((p + ab, p + ab + ac), (p + ab + ac, p + ac)):
                 weight = weight * ~_hit(points.position, d, p, b, c)
         arriving = weight * np.maximum(dot(points.normal[:, :, None], d), 0) / np.sqrt(dot(d, d))
@@ -180,10 +182,10 @@ class DullSamples(Area):
     """The lobe of each sample is cut off at one."""
 
     def _block(self, points: ShadingPoints, source: Source, rng: np.random.Generator, samples: int) -> Floats:
-        d, weight, endless = beams(source.light, points.position, rng, samples, self.stratified)
+        d, weight = random_beams(source.light, points.position, rng, samples, self.stratified)
         length = np.sqrt(dot(d, d))
         arriving = weight * np.maximum(dot(points.normal[:, :, None], d), 0) / length
-        arriving = arriving * source.blockers.visible(points.position, points.ellipsoid, d, endless)
+        arriving = arriving * source.blockers.visible(points.position, points.ellipsoid, d, source.light.at_infinity)
         out = points.diffuse * arriving.sum(axis=1) / np.pi
         return out + points.specular * (arriving * np.minimum(lobe(points, d, length), 1)).sum(axis=1)
 

@@ -12,7 +12,7 @@ from nusselt.experiments.studies.cornell import figures as pictures
 from nusselt.experiments.studies.glossy import shiny
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Analytic
-from nusselt.renderer.image import prepare
+from nusselt.renderer.prepared import prepare
 
 EXPONENT = 30.0
 MARGIN = 5e-5

@@ -19,18 +19,19 @@ from rich.table import Table
 from scipy import stats
 
 from nusselt.experiments.check.check import appearance, seeds
-from nusselt.experiments.inference import Bias, Bools, freedom_of, pooled_bias
 from nusselt.experiments.results.figures import curves
 from nusselt.experiments.runs.experiment import NONE_OWN, Experiment, Job, Outcome, Settings
 from nusselt.experiments.runs.own import Own, OwnRenderer
 from nusselt.experiments.scenes.catalogue import load
+from nusselt.experiments.verdict.intervals import Bias, freedom_of, pooled_bias
 from nusselt.mitsuba_bridge.reference import Reference, render_reference
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
 from nusselt.mitsuba_bridge.variance import SAMPLERS, Setting, Spread, measure_spread
 from nusselt.renderer.estimators import ESTIMATORS, Estimator
-from nusselt.renderer.image import Image, prepare, render
+from nusselt.renderer.image import Image, render
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 SCENES = ("quad-stratified", "three-lights", "cornell-boxes", "glossy")
 SAMPLES = (4, 16, 64)
@@ -88,7 +89,7 @@ class Measured:
     pass_means, squares : (r,) float64
         Each pass's mean over the pixels, and its mean square about the pixels' means: an estimate of the variance.
     seconds : (r,) float64
-    common : bool
+    shares_points : bool
         Whether pixels share their light points: then only whole passes are independent.
     """
 
@@ -97,7 +98,7 @@ class Measured:
     pass_means: Floats
     squares: Floats
     seconds: Floats
-    common: bool = False
+    shares_points: bool = False
 
 
 def measure_ours(scene: Scene, estimator: Estimator, judged: Bools, seed: int, passes: int) -> Measured:
@@ -111,7 +112,7 @@ def measure_ours(scene: Scene, estimator: Estimator, judged: Bools, seed: int, p
         image: Image = render(scene, estimator, seed=seed + 1 + number)
         seconds.append(time.perf_counter() - started)
         images.append(image.mean.mean(axis=0)[judged])
-    return measured_of(np.array(images), np.array(seconds), bool(getattr(estimator, "common", False)))
+    return measured_of(np.array(images), np.array(seconds), estimator.shares_points)
 
 
 def measure_program(
@@ -121,15 +122,15 @@ def measure_program(
     with program.opened(scene) as image:
         made = [image(samples, seed + number) for number in range(passes)]
     values = np.array([radiance.mean(axis=0)[judged] for radiance, _ in made])
-    return measured_of(values, np.array([seconds for _, seconds in made]), common=True)
+    return measured_of(values, np.array([seconds for _, seconds in made]), shares_points=True)
 
 
-def measured_of(passes: Floats, seconds: Floats, common: bool) -> Measured:
+def measured_of(passes: Floats, seconds: Floats, shares_points: bool) -> Measured:
     """From passes (r, n) over the judged pixels."""
     mean, free = passes.mean(axis=0), max(len(passes) - 1, 1)
     off = (passes - mean) ** 2
     squares, variance = off.mean(axis=1) * len(passes) / free, off.sum(axis=0) / free
-    return Measured(mean, variance, passes.mean(axis=1), squares, seconds, common)
+    return Measured(mean, variance, passes.mean(axis=1), squares, seconds, shares_points)
 
 
 def of_mitsuba(spread: Spread, judged: Bools) -> Measured:
@@ -174,13 +175,13 @@ def row_of(scene: Scene, method: Method, found: Measured, reference: Reference, 
 
 def bias_of(found: Measured, truth: Floats, reference_passes: Floats) -> Bias:
     """Over the judged pixels (n,)."""
-    ours = found.pass_means if found.common else None
+    ours = found.pass_means if found.shares_points else None
     return pooled_bias(found.mean - truth, found.variance / found.pass_means.size, reference_passes, ours)
 
 
 def _holds(claim: str, bias: Bias) -> bool:
     """Whether no bias is seen, at 1e-6, where none is claimed; the verdict on a margin is the main job's."""
-    return claim in ("biased", "consistent") or abs(bias.value) <= bias.half_width(1e-6)
+    return claim in ("biased", "consistent") or bool(np.abs(bias.value) <= bias.half_width(1e-6))
 
 
 def variance_interval(found: Measured) -> tuple[float, float]:
@@ -188,7 +189,7 @@ def variance_interval(found: Measured) -> tuple[float, float]:
 
     By the spread over pixels, each an estimate; where pixels share their light points, by the spread over passes.
     """
-    parts, free = (found.squares, found.squares.size - 1.0) if found.common else (found.variance, 0.0)
+    parts, free = (found.squares, found.squares.size - 1.0) if found.shares_points else (found.variance, 0.0)
     mean = float(parts.mean())
     if mean == 0:
         return 0.0, 0.0

@@ -18,10 +18,9 @@ from nusselt.experiments.runs.measure import measured, small, truth_of
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area, Claim, ControlVariate, Estimator, VisibilityAnalytic, VisibilityCentre
 from nusselt.renderer.estimators.analytic import without_shadows
-from nusselt.renderer.image import prepare
-from nusselt.renderer.light_points import extended_beams, unit_square
-from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.lights.sampling import random_beams
 from nusselt.renderer.needs import Needs, Source
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats
@@ -37,6 +36,7 @@ class MeanVisibility:
     stratified: bool = True
     name: ClassVar[str] = "E mean(V)"
     summary: ClassVar[str] = "the whole light's closed form times its mean visibility: biased"
+    shares_points: ClassVar[bool] = False
 
     def claim(self, needs: Needs) -> Claim:
         return "biased"
@@ -46,14 +46,13 @@ class MeanVisibility:
 
     def __call__(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
         out = without_shadows(points, source)
-        if source.blockers.none or not isinstance(source.light, QuadLight):
+        if source.blockers.none or source.light.parallelogram() is None:
             return out
         step = max(1, (1 << 17) // self.samples)
         for start in range(0, points.count, step):
             some = points.take(np.arange(start, min(start + step, points.count)))
-            u, v = unit_square(rng, some.count, self.samples, True)
-            d, _, at_infinity = extended_beams(source.light, some.position, u, v)
-            seen = source.blockers.visible(some.position, some.ellipsoid, d, at_infinity)
+            d, _ = random_beams(source.light, some.position, rng, self.samples, True)
+            seen = source.blockers.visible(some.position, some.ellipsoid, d, source.light.at_infinity)
             out[:, start : start + some.count] *= seen.mean(axis=1)
         return out
 

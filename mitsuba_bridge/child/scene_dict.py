@@ -38,14 +38,11 @@ def bsdf_dict(bsdf: dict[str, Any], two_sided: bool) -> dict[str, Any]:
 def light_dict(light: dict[str, Any], lit: bool) -> dict[str, Any] | None:
     """One light; one that is not lit stays as a black blocker if it has a body in the scene."""
     kind = light["kind"]
-    if kind == "rectangle":
-        shape = {"type": "rectangle", "to_world": _matrix(light["to_world"]), "bsdf": BLACK}
-        return shape | ({"emitter": {"type": "area", "radiance": _rgb(light["radiance"])}} if lit else {})
-    if not lit:
+    if not (lit or light["body"]):
         return None
-    if kind == "disk":
-        emitter = {"type": "area", "radiance": _rgb(light["radiance"])}
-        return {"type": "disk", "to_world": _matrix(light["to_world"]), "bsdf": BLACK, "emitter": emitter}
+    if kind in ("rectangle", "disk"):
+        shape = {"type": kind, "to_world": _matrix(light["to_world"]), "bsdf": BLACK}
+        return shape | ({"emitter": {"type": "area", "radiance": _rgb(light["radiance"])}} if lit else {})
     if kind == "point":
         return {"type": "point", "position": light["position"], "intensity": _rgb(light["intensity"])}
     return {"type": "directional", "direction": light["direction"], "irradiance": _rgb(light["irradiance"])}

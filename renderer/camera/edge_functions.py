@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.ragged import take
-from nusselt.renderer.geometry.watertight import edge_functions, one_norm
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Floats, Ints, dot
+from nusselt.renderer.watertight import edge_functions, one_norm
 
 from .nearest import Nearest, Planes, precedence
 

@@ -1,6 +1,6 @@
 """What the camera sees: the nearest surface along rays that share one origin.
 
-Triangles by `pencil` where they are few, by `image_boxes` where they are many; ellipsoids one by one.
+Triangles by `pencil` where they are few, by `image_boxes` where they are many; disks and ellipsoids one by one.
 """
 
 from __future__ import annotations
@@ -9,10 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.geometry.flat_disks import disk_place, within_disk
 from nusselt.renderer.geometry.ragged import take
-from nusselt.renderer.vectors import Floats, dot, transform, unit
+from nusselt.renderer.vectors import Floats, Ints, dot, frame, transform, unit
+from nusselt.renderer.watertight import one_norm
 
+from .nearest import Planes
 from .screen_boxes import ImageBoxes, kept_boxes
 
 
@@ -31,9 +34,9 @@ class Hits:
     distance : (n,) float64
         Ray parameter, in lengths of the direction given; inf where nothing was hit.
     ellipsoid : (n,) int64
-        Index of the ellipsoid hit, -1 for triangles and misses.
+        Index of the ellipsoid hit, -1 for other surfaces and misses.
     triangle : (n,) int64
-        Index of the triangle hit, -1 for ellipsoids and misses.
+        Index of the triangle hit, -1 for other surfaces and misses.
     """
 
     surface: Ints
@@ -84,6 +87,47 @@ def ellipsoid_distance(geometry: Geometry, index: int, origin: Floats, d: Floats
     return np.where(hit & (t > 0), t, np.inf)
 
 
+def nearer_disks(geometry: Geometry, origin: Floats, d: Floats, near: Floats, triangle: Ints) -> tuple[Floats, Ints]:
+    """What is seen once disks are there: one over the distance (n,), and the disk (n,) or -1.
+
+    Parameters
+    ----------
+    origin : (3, 1) float64
+    d : (3, n) float64
+    near : (n,) float64
+        One over the distance to the triangle seen without them; 0 where there is none.
+    triangle : (n,) int64
+        That triangle, -1 for none.
+
+    Notes
+    -----
+    Of ties within rounding: a front before a black back, a light before what it lies on, then the first of the scene
+    (`nearest`).
+    """
+    g, n, sizes = geometry, d.shape[1], one_norm(d)
+    near, disk = near.copy(), np.full(n, -1)
+    rounding, rank = np.zeros(n), np.zeros(n, dtype=np.int64)
+    on = np.flatnonzero(triangle >= 0)
+    k = triangle[on]
+    planes = Planes.about(take(g.normal, k), take(g.a, k), origin)
+    rounding[on] = planes.height * near[on] + planes.slope * sizes[on]
+    rank[on] = 2 * planes.back + (g.light[g.triangle_surface[k]] < 0)
+    for index in range(g.disks):
+        planes = Planes.about(g.disk_normal[:, [index]], g.disk_center[:, [index]], origin)
+        if not planes.live[0]:
+            continue
+        here, slope = dot(planes.nearness, d), planes.slope * sizes
+        ahead = np.flatnonzero(here > slope)
+        k = ahead[within_disk(g, index, origin, d[:, ahead])]
+        doubt = planes.height * here[k] + slope[k]
+        mine = 2 * int(planes.back[0]) + int(g.light[g.disk_surface[index]] < 0)
+        tied = np.abs(here[k] - near[k]) <= doubt + rounding[k]
+        won = np.where(tied, mine < rank[k], here[k] > near[k])
+        k, doubt = k[won], doubt[won]
+        near[k], rounding[k], rank[k], disk[k] = here[k], doubt, mine, index
+    return near, disk
+
+
 def first_hits(geometry: Geometry, origin: Floats, d: Floats, corners: Floats | None = None) -> Hits:
     """Nearest hit of each ray.
 
@@ -104,24 +148,42 @@ def first_hits(geometry: Geometry, origin: Floats, d: Floats, corners: Floats | 
         boxes = kept_boxes(geometry, origin.astype(float).tobytes(), corners.astype(float).tobytes())
     distance, triangle, weight = boxes.nearest(d)
     n = d.shape[1]
-    ellipsoid = np.full(n, -1)
+    ellipsoid, disk = np.full(n, -1), np.full(n, -1)
+    if geometry.disks:
+        near, disk = nearer_disks(geometry, origin, d, 1 / distance, triangle)
+        distance = np.where(disk < 0, distance, 1 / np.where(disk < 0, 1.0, near))
     for index in range(geometry.ellipsoids):
         t = ellipsoid_distance(geometry, index, origin, d)
         nearer = t < distance
         distance = np.where(nearer, t, distance)
         ellipsoid[nearer] = index
-    triangle = np.where(ellipsoid < 0, triangle, -1)
-    return hits_at(geometry, origin, d, triangle, weight, ellipsoid, distance)
+    triangle, disk = np.where((ellipsoid < 0) & (disk < 0), triangle, -1), np.where(ellipsoid < 0, disk, -1)
+    return hits_at(geometry, origin, d, triangle, weight, disk, ellipsoid, distance)
 
 
 def hits_at(
-    geometry: Geometry, origin: Floats, d: Floats, triangle: Ints, weight: Floats, ellipsoid: Ints, distance: Floats
+    geometry: Geometry,
+    origin: Floats,
+    d: Floats,
+    triangle: Ints,
+    weight: Floats,
+    disk: Ints,
+    ellipsoid: Ints,
+    distance: Floats,
 ) -> Hits:
-    """Hits on surfaces that are known: triangles, by their edge functions (3, n), or ellipsoids at a known distance.
+    """Hits on surfaces that are known: triangles, by their edge functions (3, n), disks, or ellipsoids at a distance.
 
-    -1 for neither.
+    -1 for none of a kind.
     """
     position, normal, surface = _on_triangles(geometry, triangle, weight)
+    for index in range(geometry.disks):
+        mine = np.flatnonzero(disk == index)
+        up = geometry.disk_normal[:, [index]]
+        x, y = disk_place(geometry, index, origin, d[:, mine])
+        e, f = frame(up)
+        position[:, mine] = geometry.disk_center[:, [index]] + x * e + y * f
+        normal[:, mine] = up
+        surface[mine] = geometry.disk_surface[index]
     for index in range(geometry.ellipsoids):
         mine = np.flatnonzero(ellipsoid == index)
         inverse, center = geometry.inverse[index], geometry.center[:, [index]]

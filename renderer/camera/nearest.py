@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.ragged import take
-from nusselt.renderer.geometry.watertight import SLOPE_ULPS, largest, one_norm
-from nusselt.renderer.vectors import Floats, dot
-from nusselt.renderer.visibility.segments import PLANE_ULPS
+from nusselt.renderer.vectors import Floats, Ints, dot
+from nusselt.renderer.watertight import PLANE_ULPS, SLOPE_ULPS, largest, one_norm
 
 MANY = 1 << 20
 """Hits kept before those are let go that cannot be seen any more: bounds the memory."""

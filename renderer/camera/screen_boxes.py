@@ -12,10 +12,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.ragged import Cells, take
-from nusselt.renderer.geometry.watertight import edge_functions
-from nusselt.renderer.vectors import Floats, transform
+from nusselt.renderer.vectors import Floats, Ints, transform
+from nusselt.renderer.watertight import edge_functions
 
 from .edge_functions import Pencil
 from .nearest import Nearest, Planes, precedence

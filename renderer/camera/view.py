@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, column, dot, unit
+from nusselt.renderer.vectors import Floats, Ints, column, dot, unit
 from nusselt.renderer.visibility.segments import small_triangles
 
 from .first_hits import Hits, first_hits

@@ -19,8 +19,7 @@ from functools import cache
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Ints
-from nusselt.renderer.vectors import Floats, cross, dot
+from nusselt.renderer.vectors import Bools, Floats, Ints, cross, dot
 
 EPS = float(np.finfo(np.float64).eps)
 FALL = 37.0

@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from nusselt.renderer.vectors import Floats, cross, dot
+from nusselt.renderer.vectors import Bools, Floats, cross, dot
 
 from .area_fan import irradiance_by_area
 from .lambert_formula import lambert
-from .polygon_clip import Bools, exponent_scale
+from .polygon_clip import exponent_scale
 from .small_patch import LARGEST, NODES, nodes_for, size_over_distance, small_irradiance
 
 Ints = NDArray[np.int8]

@@ -18,11 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.renderer.vectors import Floats, cross, dot
+from nusselt.renderer.vectors import Bools, Floats, cross, dot
 
 from .arc_lobe import lobe_arcs
 from .arc_moments import FAR, FULL, TAIL, Panels, moments
-from .polygon_clip import Bools
 
 FALL = {np.dtype(np.float64): 36.0, np.dtype(np.float32): 16.0}
 """t^s below e^-FALL of its peak is left out: a quarter of a rounding error."""

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.vectors import Floats, dot, frame, unit
+from nusselt.renderer.vectors import Bools, Floats, dot, frame, unit
 
 from . import double_double as dd
 from .double_double import Pair
-from .polygon_clip import DOUBT, Bools, Corner, Edge, Patch, ratio
+from .polygon_clip import DOUBT, Corner, Edge, Patch, ratio
 from .polygon_fan import Sectors, integrate, joined
 
 BOUND = 2.0**-44

@@ -12,9 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.renderer.vectors import Floats, cross, dot
-
-from .polygon_clip import Bools
+from nusselt.renderer.vectors import Bools, Floats, cross, dot
 
 NODES = (4, 6, 8, 11, 15)
 """Numbers of nodes to choose from, a side."""

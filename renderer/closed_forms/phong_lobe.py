@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
-from nusselt.renderer.vectors import Floats, cross, dot
+from nusselt.renderer.vectors import Floats, Ints, cross, dot
 
-from .irradiance import Ints, _rounded, _sides, _vectors
+from .irradiance import _rounded, _sides, _vectors
 from .lobe_edges import lobe_by_arcs, lobe_by_edges
 from .lobe_fan import lobe_by_area
 from .lobe_small import small_lobe

@@ -9,17 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 from . import double_double as dd
 from .double_double import Pair
-
-Bools: TypeAlias = NDArray[np.bool_]
 
 DOUBT = 2.0**-98
 """Error of a double-double height or volume, relative to the sizes of its terms."""

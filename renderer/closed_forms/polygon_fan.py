@@ -20,14 +20,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from nusselt.renderer.vectors import Floats
-
-Ints: TypeAlias = NDArray[np.integer[Any]]
+from nusselt.renderer.vectors import Floats, Ints
 
 PANEL = 1.25
 """Largest length of a panel in u."""

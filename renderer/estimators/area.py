@@ -13,7 +13,8 @@ from typing import ClassVar
 import numpy as np
 
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.light_points import beams, colour
+from nusselt.renderer.lights import colour
+from nusselt.renderer.lights.sampling import random_beams
 from nusselt.renderer.needs import Needs, Source
 from nusselt.renderer.shading import ShadingPoints, reflect
 from nusselt.renderer.vectors import Floats, dot
@@ -29,6 +30,7 @@ class Area:
     stratified: bool = False
     name: ClassVar[str] = "area"
     summary: ClassVar[str] = "Monte Carlo over the light, random or stratified, with shadow rays"
+    shares_points: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         if self.samples < 1:
@@ -52,10 +54,11 @@ class Area:
         return out * colour(source.light)
 
     def _block(self, points: ShadingPoints, source: Source, rng: np.random.Generator, samples: int) -> Floats:
-        d, weight, at_infinity = beams(source.light, points.position, rng, samples, self.stratified)
+        light = source.light
+        d, weight = random_beams(light, points.position, rng, samples, self.stratified)
         if not source.blockers.none:
             reaches = (weight > 0) & (dot(points.normal[:, :, None], d) > 0)
             lit = np.flatnonzero(reaches.any(axis=1))  # the others have nothing to lose to a shadow
             p, own = points.position[:, lit], points.ellipsoid[lit]
-            weight[lit] *= source.blockers.visible(p, own, d[:, lit], at_infinity, points.normal[:, lit])
+            weight[lit] *= source.blockers.visible(p, own, d[:, lit], light.at_infinity, points.normal[:, lit])
         return reflect(points, d, weight, source.glossy)

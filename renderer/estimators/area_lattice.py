@@ -13,8 +13,8 @@ from typing import ClassVar
 import numpy as np
 
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.light_points import colour, extended_beams, lattice
-from nusselt.renderer.lights import QuadLight, SunLight
+from nusselt.renderer.lights import colour
+from nusselt.renderer.lights.sampling import lattice
 from nusselt.renderer.needs import Needs, Source
 from nusselt.renderer.shading import ShadingPoints, reflect
 from nusselt.renderer.vectors import Floats
@@ -31,6 +31,7 @@ class AreaLattice:
     stratified: bool = False
     name: ClassVar[str] = "area-lattice"
     summary: ClassVar[str] = "Monte Carlo over the light on a randomly shifted lattice, with shadow rays"
+    shares_points: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         if self.samples < 1:
@@ -44,14 +45,15 @@ class AreaLattice:
 
     def __call__(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
         light = source.light
-        if not isinstance(light, QuadLight | SunLight):
+        if not light.has_extent:
             return Area()(points, source, rng)
         out = np.empty((3, points.count))
         step = max(1, BLOCK // self.samples)
         for start in range(0, points.count, step):
             some = points.take(np.arange(start, min(start + step, points.count)))
-            d, weight, at_infinity = extended_beams(light, some.position, *lattice(rng, some.count, self.samples))
+            d, weight = light.beams(some.position, *lattice(rng, some.count, self.samples))
             if not source.blockers.none:
-                weight = weight * source.blockers.visible(some.position, some.ellipsoid, d, at_infinity, some.normal)
+                p, own = some.position, some.ellipsoid
+                weight = weight * source.blockers.visible(p, own, d, light.at_infinity, some.normal)
             out[:, start : start + step] = reflect(some, d, weight, source.glossy)
         return out * colour(light)

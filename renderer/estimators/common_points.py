@@ -17,11 +17,10 @@ from typing import ClassVar
 import numpy as np
 
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.light_points import beams, colour, extended_beams
-from nusselt.renderer.lights import PointLight, QuadLight, SunLight
+from nusselt.renderer.lights import colour
 from nusselt.renderer.needs import Needs, Source
 from nusselt.renderer.shading import ShadingPoints, reflect
-from nusselt.renderer.vectors import Floats, column, dot
+from nusselt.renderer.vectors import Floats, dot
 from nusselt.renderer.visibility.shared_points import CommonVisibility
 
 from .analytic import without_shadows
@@ -40,34 +39,20 @@ def lattice(samples: int) -> Floats:
 def hidden(points: ShadingPoints, source: Source, at: Floats) -> Floats:
     """What light points ``at`` (2, N) of the unit square send and blockers keep, (3, n)."""
     out = np.zeros((3, points.count))
-    view = CommonVisibility.of(source)
+    view = CommonVisibility.of(source.blockers, source.light)
     for u, v in at.T:
-        d, weight, eye, at_infinity = _one_beam(points, source, u, v)
+        light = source.light
+        beam, worth = light.beams(points.position, np.array([[u]]), np.array([[v]]))
+        d, weight = beam[:, :, 0], worth[:, 0]
         reaching = np.flatnonzero((weight > 0) & (dot(points.normal, d) > 0))
         position, normal = points.position[:, reaching], points.normal[:, reaching]
         own, outside = points.ellipsoid[reaching], points.outside[reaching]
-        seen = view.seen(position, own, d[:, reaching], eye, at_infinity, normal, outside)
+        seen = view.seen(position, own, d[:, reaching], light.at(u, v), light.at_infinity, normal, outside)
         k = reaching[~seen]
         if k.size:
             lost = reflect(points.take(k), d[:, k, None], weight[k, None] / at.shape[1], source.glossy)
             out[:, k] += lost
     return out * colour(source.light)
-
-
-def _one_beam(points: ShadingPoints, source: Source, u: float, v: float) -> tuple[Floats, Floats, Floats, bool]:
-    """Ways to one light point (3, n), what it is worth (n,), the point or direction itself, and its kind."""
-    light = source.light
-    eye: Floats
-    if isinstance(light, QuadLight | SunLight):
-        d, weight, at_infinity = extended_beams(light, points.position, np.array([[u]]), np.array([[v]]))
-        if isinstance(light, QuadLight):
-            eye = column(light.corner) + u * column(light.ab) + v * column(light.ac)
-        else:
-            eye = d[:, 0]
-    else:
-        d, weight, at_infinity = beams(light, points.position, np.random.default_rng(0), 1, False)
-        eye = column(light.position if isinstance(light, PointLight) else light.direction)
-    return d[:, :, 0], weight[:, 0], eye, at_infinity
 
 
 def _refuse(samples: int) -> None:
@@ -83,7 +68,7 @@ class CommonPoints:
     stratified: bool = True
     name: ClassVar[str] = "common-points"
     summary: ClassVar[str] = "closed form minus what a shifted lattice, common to all pixels, finds hidden"
-    common: ClassVar[bool] = True
+    shares_points: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _refuse(self.samples)
@@ -111,7 +96,7 @@ class CommonPointsFixed:
     stratified: bool = True
     name: ClassVar[str] = "common-points-fixed"
     summary: ClassVar[str] = "the same with a lattice that stays in place: no noise, and an error that shrinks"
-    common: ClassVar[bool] = True
+    shares_points: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _refuse(self.samples)

@@ -11,7 +11,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from nusselt.renderer.light_points import beams, colour
+from nusselt.renderer.lights import colour
+from nusselt.renderer.lights.sampling import random_beams
 from nusselt.renderer.needs import Needs, Source
 from nusselt.renderer.shading import ShadingPoints, reflect
 from nusselt.renderer.vectors import Floats
@@ -28,6 +29,7 @@ class ControlVariate:
     stratified: bool = False
     name: ClassVar[str] = "control-variate"
     summary: ClassVar[str] = "closed form minus what a Monte Carlo estimate finds hidden: unbiased, exact where lit"
+    shares_points: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         if self.stratified:
@@ -51,6 +53,7 @@ class ControlVariate:
         return out
 
     def _hidden(self, points: ShadingPoints, source: Source, rng: np.random.Generator, samples: int) -> Floats:
-        d, weight, at_infinity = beams(source.light, points.position, rng, samples, self.stratified)
-        hidden = ~source.blockers.visible(points.position, points.ellipsoid, d, at_infinity, points.normal)
-        return reflect(points, d, weight * hidden, source.glossy) * colour(source.light)
+        light = source.light
+        d, weight = random_beams(light, points.position, rng, samples, self.stratified)
+        hidden = ~source.blockers.visible(points.position, points.ellipsoid, d, light.at_infinity, points.normal)
+        return reflect(points, d, weight * hidden, source.glossy) * colour(light)

@@ -1,10 +1,10 @@
 """Light behind occluders without noise: boundary integrals over the visible contour.
 
-Diffuse and glossy, for parallelograms. Point and directional lights take one shadow ray. Big closed meshes are taken
+Diffuse and glossy, for parallelograms. Lights without extent take one shadow ray. Big closed meshes are taken
 by their silhouettes (see `penumbra`), on diffuse surfaces: what is claimed there is consistency, and how far it goes
-is what each value's bound says. What it leaves to sampling, and then claims no exactness for: the sun's disk behind
-blockers, round bodies through a light's plane, and points with more than MOST candidates, whose cost grows with the
-square.
+is what each value's bound says. What it leaves to sampling, and then claims no exactness for: lights that are no
+parallelograms behind blockers, parallelograms behind flat disks, round bodies through a light's plane, and points with
+more than MOST candidates, whose cost grows with the square.
 """
 
 from __future__ import annotations
@@ -50,6 +50,7 @@ class Exact:
     shortcuts: bool = True
     name: ClassVar[str] = "exact"
     summary: ClassVar[str] = "boundary integrals over the visible contour: soft shadows without noise"
+    shares_points: ClassVar[bool] = False
 
     def claim(self, needs: Needs) -> Claim:
         if self.is_random(needs):
@@ -84,13 +85,13 @@ class Exact:
             raise InputError(
                 "shadow origin", "mitsuba", f"another estimator than {self.name}, which traces no shadow rays"
             )
-        n, light = points.count, source.light
+        n, quad = points.count, source.light.parallelogram()
         if _by_silhouettes(source):
             return *mesh_radiance(points, source), {"silhouette": n}
-        if isinstance(light, QuadLight) and (not source.blockers.none or not self.shortcuts):
+        if quad is not None and (not source.blockers.none or not self.shortcuts):
             if _too_large(source):
                 return self._sampled(points, source, rng), np.full(n, np.inf), {"sampled": n}
-            found = QuadShadows(points, source, light, self.shortcuts, MOST).radiance()
+            found = QuadShadows(points, source, quad, self.shortcuts, MOST).radiance()
             if found.sampled.size:
                 found.radiance[:, found.sampled] = self._sampled(points.take(found.sampled), source, rng)
             return found.radiance, found.bound, found.tally.counts
@@ -114,7 +115,8 @@ BODY = 4096
 
 
 def _too_large(source: Source) -> bool:
-    return source.blockers.triangles.size > LARGEST
+    """Whether a light's contour is not looked for: what stands before it is too much, or a disk."""
+    return source.blockers.triangles.size > LARGEST or source.blockers.disks.size > 0
 
 
 def _many(source: Source, light: QuadLight, most: int) -> bool:
@@ -126,12 +128,14 @@ def _many(source: Source, light: QuadLight, most: int) -> bool:
 
 
 def _by_silhouettes(source: Source) -> bool:
-    if not isinstance(source.light, QuadLight) or not bounds_alone(source):
+    quad = source.light.parallelogram()
+    if quad is None or not bounds_alone(source):
         return False
-    return source.blockers.triangles.size > BODY or _many(source, source.light, CLOSED_MOST)
+    return source.blockers.triangles.size > BODY or _many(source, quad, CLOSED_MOST)
 
 
 def _may_sample(source: Source) -> bool:
     if not source.has_extent or source.blockers.none:
         return False
-    return not isinstance(source.light, QuadLight) or (not bounds_alone(source) and _many(source, source.light, MOST))
+    quad = source.light.parallelogram()
+    return quad is None or (not bounds_alone(source) and _many(source, quad, MOST))

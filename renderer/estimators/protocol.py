@@ -40,10 +40,14 @@ class Estimator(Protocol):
         Per light with an extent.
     stratified : bool
         Whether they are laid in strata.
+    shares_points : bool
+        Whether the pixels of one pass share their light points: then their noise is common, and only whole passes
+        are independent.
     """
 
     name: ClassVar[str]
     summary: ClassVar[str]
+    shares_points: ClassVar[bool]
 
     def __init__(self, *, samples: int = 1, stratified: bool = False) -> None: ...
 
@@ -78,4 +82,8 @@ class Bounded(Protocol):
         A bound is absolute, in units of what the light would give if nothing were in its way; inf where a value has
         noise.
         """
+        ...
+
+    def sampled(self, needs: Needs) -> tuple[str, ...]:
+        """Which lights with big meshes before them are left to sampling, and why."""
         ...

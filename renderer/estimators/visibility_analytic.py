@@ -4,7 +4,7 @@ L_r = sum over strata of U_k V(x_k), U_k the stratum's unshadowed radiance and x
 nothing blocks. Within a stratum V is averaged by area and not by the integrand: a bias that vanishes as the strata
 shrink. Never the whole light's U times the mean of V: that bias stays, 4 to 6 % in penumbrae.
 
-The sun's disk, small and nearly uniform, is taken at the centres of its strata.
+Lights that are no parallelogram are taken at the centres of their strata.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from nusselt.renderer.light_points import colour, quad_beams, stratum_centres, unit_square
-from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.lights import QuadLight, colour
+from nusselt.renderer.lights.quad_patch import quad_patch
+from nusselt.renderer.lights.sampling import random_beams, stratum_centres
 from nusselt.renderer.needs import Needs, Source
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.unshadowed import quad_patch
 from nusselt.renderer.vectors import Floats, column
 
 from .analytic import without_shadows
@@ -35,6 +35,7 @@ class VisibilityAnalytic:
     stratified: bool = True
     name: ClassVar[str] = "visibility-analytic"
     summary: ClassVar[str] = "random visibility, all else in closed form per stratum: exact where nothing blocks"
+    shares_points: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         square_number(self.samples)
@@ -50,18 +51,18 @@ class VisibilityAnalytic:
             return VisibilityCentre()(points, source, rng)
         if source.blockers.none:
             return without_shadows(points, source)
-        if not isinstance(source.light, QuadLight):
+        quad = source.light.parallelogram()
+        if quad is None:
             return VisibilityCentre(samples=self.samples)(points, source, rng)
         out = np.empty((3, points.count))
         step = max(1, BLOCK // self.samples)
         for start in range(0, points.count, step):
             some = np.arange(start, min(start + step, points.count))
-            out[:, some] = self._block(points.take(some), source, source.light, rng)
+            out[:, some] = self._block(points.take(some), source, quad, rng)
         return out
 
     def _block(self, points: ShadingPoints, source: Source, light: QuadLight, rng: np.random.Generator) -> Floats:
-        u, v = unit_square(rng, points.count, self.samples, True)
-        d, _ = quad_beams(light, points.position, u, v)
+        d, _ = random_beams(light, points.position, rng, self.samples, True)
         seen = source.blockers.visible(points.position, points.ellipsoid, d, False, points.normal)
         out = np.zeros((3, points.count))
         whole = np.flatnonzero(seen.all(axis=1))

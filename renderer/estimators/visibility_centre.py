@@ -11,8 +11,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from nusselt.renderer.light_points import beams, colour, extended_beams, stratum_centres, unit_square
-from nusselt.renderer.lights import QuadLight, SunLight
+from nusselt.renderer.lights import colour
+from nusselt.renderer.lights.sampling import random_beams, stratum_centres
 from nusselt.renderer.needs import Needs, Source
 from nusselt.renderer.shading import ShadingPoints, reflect
 from nusselt.renderer.vectors import Floats
@@ -28,6 +28,7 @@ class VisibilityCentre:
     stratified: bool = True
     name: ClassVar[str] = "visibility-centre"
     summary: ClassVar[str] = "random visibility, all else at the centre of each stratum: no noise where nothing blocks"
+    shares_points: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         square_number(self.samples)
@@ -48,15 +49,10 @@ class VisibilityCentre:
 
     def _block(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
         light = source.light
-        if isinstance(light, QuadLight | SunLight):
-            d, weight, _ = extended_beams(light, points.position, *stratum_centres(self.samples))
-            u, v = unit_square(rng, points.count, self.samples, True)
-            towards, _, at_infinity = extended_beams(light, points.position, u, v)
-        else:
-            d, weight, at_infinity = beams(light, points.position, rng, 1, False)
-            towards = d
+        d, weight = light.beams(points.position, *stratum_centres(self.samples))
+        towards, _ = random_beams(light, points.position, rng, self.samples, True)
         if not source.blockers.none:
             weight = weight * source.blockers.visible(
-                points.position, points.ellipsoid, towards, at_infinity, points.normal
+                points.position, points.ellipsoid, towards, light.at_infinity, points.normal
             )
         return reflect(points, d, weight, source.glossy)

@@ -1,23 +1,17 @@
-"""A scene's surfaces as arrays: one pile of triangles, one of ellipsoids, one table of materials.
+"""A scene's surfaces as arrays: a pile of triangles, one of ellipsoids, one of flat disks, one table of materials.
 
-Every parallelogram light is two of the triangles: it is seen, it blocks, and it reflects nothing.
+The bodies of lights are among them: they are seen, they block, and they reflect nothing.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.surfaces import Material
-from nusselt.renderer.vectors import Floats, cross
-
-Ints = NDArray[np.integer[Any]]
-Bools = NDArray[np.bool_]
+from nusselt.renderer.surfaces import FlatDisk, Material
+from nusselt.renderer.vectors import Floats, Ints, cross
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +24,14 @@ class Geometry:
         Triangle corners, counter-clockwise from the front; an emitter's front is its emitting side.
     normal : (3, t) float64
         (b - a) x (c - a), twice the area long.
-    triangle_surface, ellipsoid_surface : (t,), (e,) int64
+    triangle_surface, ellipsoid_surface, disk_surface : (t,), (e,), (m,) int64
         Row of the surface tables.
     center : (3, e) float64
     axes, inverse : (e, 3, 3) float64
         Unit sphere to ellipsoid, and back.
+    disk_center, disk_normal : (3, m) float64
+        Unit normals of the front.
+    disk_radius : (m,) float64
     diffuse, specular, emission : (3, s) float64
         Surface tables; ``emission`` is radiance seen from the front.
     shininess : (s,) float64
@@ -51,6 +48,10 @@ class Geometry:
     axes: Floats
     inverse: Floats
     ellipsoid_surface: Ints
+    disk_center: Floats
+    disk_normal: Floats
+    disk_radius: Floats
+    disk_surface: Ints
     diffuse: Floats
     specular: Floats
     emission: Floats
@@ -65,12 +66,9 @@ class Geometry:
     def ellipsoids(self) -> int:
         return self.center.shape[1]
 
-
-def _light_corners(light: QuadLight) -> tuple[Floats, Floats, Floats]:
-    """Two triangles, wound so that their normal is the emitting side's, -(ab x ac)."""
-    p, ab, ac = (np.array(v)[:, None] for v in (light.corner, light.ab, light.ac))
-    far = p + ab + ac
-    return np.hstack((p, p)), np.hstack((p + ac, far)), np.hstack((far, p + ab))
+    @property
+    def disks(self) -> int:
+        return self.disk_radius.size
 
 
 def build_geometry(scene: Scene) -> Geometry:
@@ -80,12 +78,15 @@ def build_geometry(scene: Scene) -> Geometry:
     surfaces: list[Material] = list(scene.materials)
     light_of = [-1] * len(surfaces)
     owners = list(range(len(scene.meshes)))
+    disks: list[tuple[FlatDisk, int]] = []
     for index, light in enumerate(scene.lights):
-        if isinstance(light, QuadLight):
-            corners.append(_light_corners(light))
-            counts.append(2)
+        body = light.body()
+        if body is not None:
+            corners.append(body.corners)
+            counts.append(body.corners[0].shape[1])
             owners.append(len(surfaces))
-            surfaces.append(Material(emission=light.radiance))
+            disks += [(disk, len(surfaces)) for disk in body.disks]
+            surfaces.append(Material(emission=light.colour))
             light_of.append(index)
     empty = np.empty((3, 0))
     a, b, c = (np.hstack([empty, *(triple[k] for triple in corners)]) for k in range(3))
@@ -105,6 +106,10 @@ def build_geometry(scene: Scene) -> Geometry:
         axes=axes,
         inverse=np.linalg.inv(axes),
         ellipsoid_surface=len(scene.meshes) + np.arange(len(scene.ellipsoids)),
+        disk_center=np.array([disk.center for disk, _ in disks]).reshape(-1, 3).T,
+        disk_normal=np.array([disk.normal for disk, _ in disks]).reshape(-1, 3).T,
+        disk_radius=np.array([disk.radius for disk, _ in disks], dtype=np.float64),
+        disk_surface=np.array([surface for _, surface in disks], dtype=np.int64),
         diffuse=table("diffuse"),
         specular=table("specular"),
         emission=table("emission"),

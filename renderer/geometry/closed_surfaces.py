@@ -12,9 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.vectors import Floats
-
-from .arrays import Ints
+from nusselt.renderer.vectors import Floats, Ints
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,9 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.vectors import Floats
-
-from .arrays import Ints
+from nusselt.renderer.vectors import Floats, Ints
 
 BLOCK = 1 << 18
 """Pairs handled at once: bounds the memory, and fits the cache."""

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.renderer.lights import PointLight, QuadLight
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import Mesh
 from nusselt.renderer.vectors import Floats
@@ -28,24 +27,18 @@ def _anchor(places: Floats) -> Floats:
 def near_origin(scene: Scene) -> Scene:
     """The same scene, moved if that takes no rounding; itself if there is nothing to gain."""
     camera = scene.camera
-    corners = [light.corner for light in scene.quad_lights]
-    lamps = [light.position for light in scene.lights if isinstance(light, PointLight)]
-    small = [camera.position, camera.target, *corners, *lamps, *(e.center for e in scene.ellipsoids)]
-    anchor = _anchor(np.hstack([np.array(small).T, *(mesh.vertices for mesh in scene.meshes)]))
+    small = [camera.position, camera.target, *(e.center for e in scene.ellipsoids)]
+    lamps = [light.anchored() for light in scene.lights]
+    anchor = _anchor(np.hstack([np.array(small).T, *lamps, *(mesh.vertices for mesh in scene.meshes)]))
     if not anchor.any():
         return scene
 
     def moved(place: Any) -> Any:
         return tuple((np.array(place) - anchor).tolist())
 
-    def light_moved(light: Any) -> Any:
-        if isinstance(light, QuadLight):
-            return replace(light, corner=moved(light.corner))
-        return replace(light, position=moved(light.position)) if isinstance(light, PointLight) else light
-
     return scene.with_(
         camera=replace(camera, position=moved(camera.position), target=moved(camera.target)),
         meshes=tuple(Mesh(mesh.vertices - anchor[:, None], mesh.triangles, mesh.material) for mesh in scene.meshes),
         ellipsoids=tuple(replace(ellipsoid, center=moved(ellipsoid.center)) for ellipsoid in scene.ellipsoids),
-        lights=tuple(light_moved(light) for light in scene.lights),
+        lights=tuple(light.moved(anchor) for light in scene.lights),
     )

@@ -1,8 +1,9 @@
 """Every line in space that could be seen as an edge in the image.
 
-Edges of faces; the lines where triangles pass through each other; silhouettes of ellipsoids, and the curves in
-which planes cut them, as polygons of equal area; and creases, where a light's own plane cuts a surface and the
-light goes out. A line too many costs time and changes nothing: what is seen on its two sides decides.
+Edges of faces and disks; the lines where triangles pass through each other or through disks; silhouettes of
+ellipsoids, and the curves in which planes cut them, as polygons of equal area; and creases, where a light's own plane
+cuts a surface and the light goes out. A line too many costs time and changes nothing: what is seen on its two sides
+decides.
 """
 
 from __future__ import annotations
@@ -15,7 +16,10 @@ from numpy.typing import NDArray
 
 from nusselt.renderer.camera.first_hits import origin_in
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.vectors import Floats, column, cross, dot, frame, transform, unit
+from nusselt.renderer.geometry.flat_disks import disk_rim
+from nusselt.renderer.lights import Light
+from nusselt.renderer.lights.protocol import Plane
+from nusselt.renderer.vectors import Floats, cross, dot, frame, transform, unit
 
 from .faces import Faces
 from .projection import Lens
@@ -57,6 +61,10 @@ def find_lines(geometry: Geometry, faces: Faces, planes: list[tuple[Floats, Floa
     """
     straight = [(faces.start, faces.end), crossings(geometry)]
     straight += [_cuts(geometry, normal, point) for normal, point in planes]
+    for index in range(geometry.disks):
+        own = geometry.disk_normal[:, [index]], geometry.disk_center[:, [index]]
+        if not any(np.array_equal(own, plane) for plane in planes):
+            straight.append(disk_cuts(geometry, index))
     a, b, _ = lens.project(*(np.hstack(part) for part in zip(*straight, strict=True)))
     starts, ends, reach = [a], [b], [np.full(a.shape[1], SIDE)]
     for index in range(geometry.ellipsoids):
@@ -65,14 +73,23 @@ def find_lines(geometry: Geometry, faces: Faces, planes: list[tuple[Floats, Floa
             starts.append(a)
             ends.append(b)
             reach.append(np.full(a.shape[1], 2 * CHORD))
+    for index in range(geometry.disks):
+        a, b, _ = lens.project(*_disk_polygon(geometry, lens, index))
+        starts.append(a)
+        ends.append(b)
+        reach.append(np.full(a.shape[1], 2 * CHORD))
     return Lines(np.hstack(starts), np.hstack(ends), np.concatenate(reach))
 
 
 def searched(g: Geometry) -> bool:
-    """Whether every line in which surfaces meet is among those of `find_lines`: not those of two ellipsoids."""
+    """Whether every line in which surfaces meet is among those of `find_lines`.
+
+    Not those of two ellipsoids, of two disks, or of one of each.
+    """
     half = np.sqrt((g.axes**2).sum(axis=2)).T
     near = (np.abs(g.center[:, :, None] - g.center[:, None]) <= half[:, :, None] + half[:, None]).all(axis=0)
-    return g.triangles**2 <= PAIRS and int(near.sum()) <= g.ellipsoids
+    round_ = g.disks == 0 or g.disks + g.ellipsoids == 1
+    return round_ and g.triangles**2 <= PAIRS and int(near.sum()) <= g.ellipsoids
 
 
 def _corners(g: Geometry) -> Floats:
@@ -156,21 +173,43 @@ def _rings(g: Geometry, faces: Faces, planes: list[tuple[Floats, Floats]], lens:
 def _polygon(g: Geometry, lens: Lens, index: int, m: Floats, delta: float) -> tuple[Floats, Floats]:
     """The ring as a closed polygon in space, its area the ring's."""
     center, axes = g.center[:, [index]], g.axes[index]
-    away = np.linalg.norm(center - lens.origin)
-    largest = np.linalg.norm(axes, 2)
-    pixels = largest / max(away - largest, 1e-2 * largest) * lens.height / 2 / np.linalg.norm(lens.up)
-    count = int(np.clip(math.pi * math.sqrt(pixels / (2 * CHORD)), 16, 8192))
-    angle = 2 * math.pi * (np.arange(count) + 0.31) / count
+    angle, swell = _steps(lens, center, float(np.linalg.norm(axes, 2)))
     u, v = frame(m)
-    swell = math.sqrt(2 * math.pi / count / math.sin(2 * math.pi / count))
     radius = math.sqrt(1 - delta * delta) * swell
     local = delta * m + radius * (np.cos(angle) * u + np.sin(angle) * v)
     points = center + transform(axes, local)
     return points, np.roll(points, -1, axis=1)
 
 
-def light_planes(lights: tuple[object, ...]) -> list[tuple[Floats, Floats]]:
-    """Normal and point of the lights' own planes, where they have one."""
-    from nusselt.renderer.lights import QuadLight
+def _steps(lens: Lens, center: Floats, largest: float) -> tuple[Floats, float]:
+    """Angles (k,) of a polygon that stands for a curve of that size, and how much larger its area makes it."""
+    away = float(np.linalg.norm(center - lens.origin))
+    pixels = largest / max(away - largest, 1e-2 * largest) * lens.height / 2 / float(np.linalg.norm(lens.up))
+    count = int(np.clip(math.pi * math.sqrt(pixels / (2 * CHORD)), 16, 8192))
+    angle = 2 * math.pi * (np.arange(count) + 0.31) / count
+    return angle, math.sqrt(2 * math.pi / count / math.sin(2 * math.pi / count))
 
-    return [(column(light.normal), column(light.corner)) for light in lights if isinstance(light, QuadLight)]
+
+def _disk_polygon(g: Geometry, lens: Lens, index: int) -> tuple[Floats, Floats]:
+    """A disk's rim as a closed polygon in space, of the disk's area."""
+    points = disk_rim(g, index, *_steps(lens, g.disk_center[:, [index]], float(g.disk_radius[index])))
+    return points, np.roll(points, -1, axis=1)
+
+
+def disk_cuts(g: Geometry, index: int) -> tuple[Floats, Floats]:
+    """Where a disk passes through triangles: segments within its rim."""
+    center, radius = g.disk_center[:, [index]], float(g.disk_radius[index])
+    start, end = _cuts(g, g.disk_normal[:, [index]], center)
+    along, way = end - start, start - center
+    square, half = dot(along, along), dot(along, way)
+    inside = half * half - square * (dot(way, way) - radius * radius)
+    k = np.flatnonzero((square > 0) & (inside > 0))
+    start, along, square, half, root = start[:, k], along[:, k], square[k], half[k], np.sqrt(inside[k])
+    low, high = np.maximum((-half - root) / square, 0.0), np.minimum((root - half) / square, 1.0)
+    meet = np.flatnonzero(low < high)
+    return start[:, meet] + low[meet] * along[:, meet], start[:, meet] + high[meet] * along[:, meet]
+
+
+def light_planes(lights: tuple[Light, ...]) -> list[Plane]:
+    """Normal and point of the lights' own planes, where they have one."""
+    return [plane for plane in (light.plane() for light in lights) if plane is not None]

@@ -10,16 +10,18 @@ from the edges themselves, not from radiance. What lies below the surface's own 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Geometry, Ints
-from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.geometry.flat_disks import disk_rim
+from nusselt.renderer.lights import Light
 from nusselt.renderer.needs import Source
-from nusselt.renderer.vectors import Floats, column, dot, frame, transform, unit
+from nusselt.renderer.vectors import Floats, Ints, dot, frame, transform, unit
 
-from .candidate_edges import crossings
+from .candidate_edges import crossings, disk_cuts
 from .edge_fragments import expand
 from .regions import Regions
 
@@ -51,8 +53,8 @@ class Footprints:
     radius: Floats
 
 
-def footprints(regions: Regions, x: Floats, y: Floats, region: Ints) -> Footprints:
-    """Footprints of a pixel's size around image points (n,) of given regions' surfaces, no larger than those."""
+def footprints(regions: Regions, x: Floats, y: Floats, region: Ints, size: float = 1.0) -> Footprints:
+    """Footprints ``size`` pixels wide around image points (n,) of given regions' surfaces, no larger than those."""
     points, lens, surface = regions.points(x, y, region), regions.lens, region % regions.surfaces
     d, to = lens.directions(x, y), points.position - lens.origin
     away, down = np.sqrt(dot(to, to) / dot(d, d)), dot(d, points.normal)
@@ -60,7 +62,7 @@ def footprints(regions: Regions, x: Floats, y: Floats, region: Ints) -> Footprin
     for step in (2 * lens.right / lens.width, 2 * lens.up / lens.height):
         side = away * (step - d * (dot(step, points.normal) / np.where(down == 0, 1.0, down)))  # on its plane
         square += dot(side, side)
-    return Footprints(points.position, points.normal, np.minimum(np.sqrt(square) / 2, _sizes(regions)[surface]))
+    return Footprints(points.position, points.normal, np.minimum(size * np.sqrt(square) / 2, _sizes(regions)[surface]))
 
 
 def _sizes(regions: Regions) -> Floats:
@@ -71,33 +73,41 @@ def _sizes(regions: Regions) -> Floats:
         for least, most, value in zip(low, high, corner, strict=True):
             np.minimum.at(least, faces.of_triangle, value)
             np.maximum.at(most, faces.of_triangle, value)
-    return np.concatenate((np.sqrt(dot(high - low, high - low)) / 2, np.sqrt((g.axes**2).sum(axis=(1, 2)))))
+    flat, round_ = np.sqrt(dot(high - low, high - low)) / 2, np.sqrt((g.axes**2).sum(axis=(1, 2)))
+    return np.concatenate((flat, round_, g.disk_radius))
 
 
-def doubtful(regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats, region: Ints) -> NDArray[np.bool_]:
-    """At which image points (n,) of given regions a shadow may be too small for the values around it to tell of it."""
+def doubtful(
+    regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats, region: Ints, size: float = 1.0
+) -> NDArray[np.bool_]:
+    """At which image points (n,) of given regions a shadow may fit in a footprint ``size`` pixels wide."""
     found, g = np.zeros(x.size, dtype=bool), regions.geometry
     blocked = [source.light for source in sources if not source.blockers.none]
     if not blocked or x.size == 0:
         return found
-    order = np.lexsort((region, x // 4, y // 4))
-    parts = footprints(regions, x[order], y[order], region[order])
-    straight = [(regions.faces.start, regions.faces.end), crossings(g)]
+    order = np.lexsort((region, x // (4 * size), y // (4 * size)))
+    parts = footprints(regions, x[order], y[order], region[order], size)
+    straight = [(regions.faces.start, regions.faces.end), crossings(g), *map(partial(_rim, g), range(g.disks))]
+    straight += [disk_cuts(g, index) for index in range(g.disks)]
     for light in blocked:
         edges = straight + [_terminator(g, index, light) for index in range(g.ellipsoids)]
         found[order] |= in_doubt(parts, light, *(np.hstack(ends) for ends in zip(*edges, strict=True)))
     return found
 
 
+def _rim(g: Geometry, index: int) -> tuple[Floats, Floats]:
+    """A disk's rim, as SIDES edges."""
+    points = disk_rim(g, index, 2 * np.pi * np.arange(SIDES) / SIDES)
+    return points, np.roll(points, -1, axis=1)
+
+
 def _terminator(g: Geometry, index: int, light: Light) -> tuple[Floats, Floats]:
     """Where an ellipsoid turns from a light's middle, as SIDES edges; none if the middle is inside it."""
     inverse, center = g.inverse[index], g.center[:, [index]]
-    if isinstance(light, DirectionalLight | SunLight):
-        to, endless = transform(inverse, column(light.direction)), True
-    else:
-        to, endless = transform(inverse, _middle(light)[0] - center), False
+    middle, _ = light.middle()
+    to = transform(inverse, middle if light.at_infinity else middle - center)
     away = np.sqrt(dot(to, to)).item()
-    delta = 0.0 if endless else 1 / max(away, np.finfo(float).tiny)
+    delta = 0.0 if light.at_infinity else 1 / max(away, np.finfo(float).tiny)
     if delta >= 1:
         return np.zeros((3, 0)), np.zeros((3, 0))
     u, v = frame(to / away)
@@ -164,24 +174,12 @@ def _near(cones: Cone, start: Floats, end: Floats) -> tuple[Ints, Ints]:
 
 def _cone(light: Light, position: Floats) -> tuple[Floats, Floats, Floats]:
     """From points (3, n): unit axis (3, n) to the light, its distance (n,), and k (n,), radius over distance."""
-    n = position.shape[1]
-    if isinstance(light, DirectionalLight | SunLight):
-        axis = np.broadcast_to(unit(column(light.direction)), position.shape)
-        k = np.tan(light.half_angle) if isinstance(light, SunLight) else 0.0
-        return axis, np.full(n, np.inf), np.full(n, k)
-    middle, radius = _middle(light)
+    n, (middle, radius) = position.shape[1], light.middle()
+    if light.at_infinity:
+        return np.broadcast_to(unit(middle), position.shape), np.full(n, np.inf), np.full(n, radius)
     to = middle - position
     distance = np.sqrt(dot(to, to))
     return to / distance, distance, radius / distance
-
-
-def _middle(light: PointLight | QuadLight) -> tuple[Floats, float]:
-    """Middle (3, 1) of a light and its radius about it."""
-    if isinstance(light, PointLight):
-        return column(light.position), 0.0
-    ab, ac = column(light.ab), column(light.ac)
-    across = max(dot(ab + ac, ab + ac).item(), dot(ab - ac, ab - ac).item())
-    return column(light.corner) + (ab + ac) / 2, float(np.sqrt(across)) / 2
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Geometry, Ints
-from nusselt.renderer.vectors import Floats, dot, unit
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.vectors import Floats, Ints, dot, unit
 
 PLANE = 1e-8
 """Planes closer than this (unit normals; offsets relative to the scene) are one."""

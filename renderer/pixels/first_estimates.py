@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats, Ints
 
-from .interpolation import Bools, shifted
+from .interpolation import shifted
 
 ELSEWHERE = -2
 """A region that no pixel is of."""

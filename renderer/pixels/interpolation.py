@@ -17,15 +17,13 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats, Ints
 
 COARSEST = 32
 """Largest distance between centres, in pixels; no larger than an eighth of the image."""
 
 Evaluate = Callable[[Ints], Floats]
 """From pixel numbers (n,) to their radiance (3, n)."""
-Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats, Ints
 
 from .edge_fragments import Bits
 from .regions import Regions

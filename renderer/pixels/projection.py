@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nusselt.renderer.camera.rays import view_frame
-from nusselt.renderer.geometry.arrays import Ints
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats, column, dot
+from nusselt.renderer.vectors import Floats, Ints, column, dot
 
 HAIR = np.array([1.2345e-7, 0.8642e-7])
 """Pixels the grid is moved by, in x and y."""

@@ -16,26 +16,30 @@ dark values among themselves, deep in a penumbra: such items are evaluated on th
 
 The items with the largest estimates are evaluated on a finer grid, round by round, until the squares of all
 others sum to less than the tolerance allows. After a round an item's estimate is half of what it changed by, and
-at least an eighth of what it was: a change that happens to vanish proves nothing. Where a light without extent can
-be blocked, radiance jumps within regions: errors then halve with the grid and do no better, first estimates are
-doubled, and at least half of an estimate stays.
+at least an eighth of what it was: a change that happens to vanish proves nothing. Where a whole shadow fits in a pixel
+it is asked again whether one still fits around each point of the finer grid: what that may be worth stays, summed as if
+the points erred on their own (an edge passes g of g^2 points, and the sum falls as g^-3/2). Where a light without
+extent can be blocked, radiance jumps within regions: errors then halve with the grid and do no better, first estimates
+are doubled, and at least half of an estimate stays.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats, Ints
 
 from .edge_fragments import Bits, cut_at_grid
 from .moments import Edges, pieces_of
 from .regions import Regions
 from .shade import Shader
 
+Doubt = Callable[[Floats, Floats, Ints, float], NDArray[np.bool_]]
+"""From image points (n,), their regions and a width in pixels to where a shadow fits in that (see `doubt`)."""
 GRIDS = (1, 2, 4, 8, 16)
 """Cells in a pixel's side, level by level."""
 
@@ -59,6 +63,8 @@ class Items:
     whole : (n,) bool
     dark : (n,) bool
         Whether it is to be evaluated at more points whatever its estimate: too dark for what is around it to tell.
+    lost : (n,) float64
+        Radiance, times the item's area, that shadows which fit between its points may be worth; 0 if there are none.
     """
 
     pixel: Ints
@@ -72,6 +78,7 @@ class Items:
     level: Ints
     whole: NDArray[np.bool_]
     dark: NDArray[np.bool_]
+    lost: Floats
 
 
 @dataclass(frozen=True)
@@ -88,15 +95,18 @@ class Nodes:
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("item", "x", "y", "weight")))
 
 
-def refine(items: Items, edges: Edges, regions: Regions, shade: Shader, budget: float, jumps: bool) -> float:
+def refine(
+    items: Items, edges: Edges, regions: Regions, shade: Shader, budget: float, jumps: bool, doubt: Doubt
+) -> float:
     """Refine items in place until the sum of squared estimates is below ``budget``; returns that sum."""
     if jumps:
         items.estimate *= 2
+        items.lost[:] = 0
     chosen = np.union1d(_worst(items, budget / 2), np.flatnonzero(items.dark))
     while chosen.size:
         for level in np.unique(items.level[chosen]):
             mine = chosen[items.level[chosen] == level]
-            _evaluate(items, mine, int(level) + 1, edges, regions, shade, 1 / 2 if jumps else 1 / 8)
+            _evaluate(items, mine, int(level) + 1, edges, regions, shade, 1 / 2 if jumps else 1 / 8, doubt)
         chosen = _worst(items, budget / 2)
     return float((items.estimate**2).sum())
 
@@ -111,7 +121,7 @@ def _worst(items: Items, budget: float) -> Ints:
 
 
 def _evaluate(
-    items: Items, chosen: Ints, level: int, edges: Edges, regions: Regions, shade: Shader, stays: float
+    items: Items, chosen: Ints, level: int, edges: Edges, regions: Regions, shade: Shader, stays: float, doubt: Doubt
 ) -> None:
     grid = GRIDS[level]
     whole = items.whole[chosen]
@@ -135,8 +145,18 @@ def _evaluate(
         least = np.where(keep, items.estimate[chosen], least)
         value = np.where(keep, items.value[:, chosen], value)
     items.value[:, chosen] = value
+    least = np.maximum(least, items.lost[chosen] * _doubted(nodes, items, grid, doubt)[chosen])
     items.estimate[chosen] = np.maximum(change / 2, least)
     items.level[chosen] = level
+
+
+def _doubted(nodes: Nodes, items: Items, grid: int, doubt: Doubt) -> Floats:
+    """Of each item, the root of the sum of squared shares of its nodes that shadows still fit around."""
+    k = np.flatnonzero(items.lost[nodes.item] > 0)
+    k = k[doubt(nodes.x[k], nodes.y[k], items.region[nodes.item[k]], 1 / grid)]
+    count = items.pixel.size
+    weight = np.bincount(nodes.item, nodes.weight, count)
+    return np.sqrt(np.bincount(nodes.item[k], nodes.weight[k] ** 2, count)) / np.maximum(weight, 1e-300)
 
 
 def _gauss(items: Items, chosen: Ints, grid: int) -> Nodes:

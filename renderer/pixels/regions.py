@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nusselt.renderer.camera.edge_functions import Pencil
-from nusselt.renderer.camera.first_hits import Hits, ellipsoid_distance, hits_at
+from nusselt.renderer.camera.first_hits import Hits, ellipsoid_distance, hits_at, nearer_disks
 from nusselt.renderer.camera.screen_boxes import ImageBoxes
 from nusselt.renderer.camera.view import shading_points
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.lights import Light
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, dot, unit
+from nusselt.renderer.vectors import Floats, Ints, dot, unit
 
 from .candidate_edges import light_planes
 from .faces import Faces, find_faces
@@ -40,7 +41,7 @@ MOST_PLANES = 16
 class Regions:
     """The regions of a scene as one camera sees them.
 
-    Region = surface + surfaces x sides; a surface is a face, or ``faces.count`` plus an ellipsoid; bit k of
+    Region = surface + surfaces x sides; a surface is a face, an ellipsoid or a disk, numbered in this order; bit k of
     ``sides`` tells the side of light plane k, for the surfaces that it cuts.
     """
 
@@ -51,7 +52,7 @@ class Regions:
     planes: list[tuple[Floats, Floats]]
 
     @classmethod
-    def of(cls, scene: Scene, geometry: Geometry, lights: tuple[object, ...]) -> Regions:
+    def of(cls, scene: Scene, geometry: Geometry, lights: tuple[Light, ...]) -> Regions:
         """The regions of a scene; ``lights`` are those that light something."""
         lens = Lens.of(scene)
         planes = light_planes(lights)[:MOST_PLANES]
@@ -59,7 +60,7 @@ class Regions:
 
     @property
     def surfaces(self) -> int:
-        return self.faces.count + self.geometry.ellipsoids
+        return self.faces.count + self.geometry.ellipsoids + self.geometry.disks
 
     @cached_property
     def _creased(self) -> NDArray[np.bool_]:
@@ -71,7 +72,7 @@ class Regions:
             np.minimum.at(low, self.faces.of_triangle, height.min(axis=0, initial=np.inf))
             np.maximum.at(high, self.faces.of_triangle, height.max(axis=0, initial=-np.inf))
             found[row, : self.faces.count] = (low < 0) & (high > 0)
-            found[row, self.faces.count :] = True
+            found[row, self.faces.count : self.surfaces - g.disks] = True  # disks do not reflect: no crease shows
         return found
 
     @cached_property
@@ -91,15 +92,18 @@ class Regions:
     def seen(self, x: Floats, y: Floats) -> Ints:
         """Regions (n,) at image points (n,); NOTHING where there is none."""
         d = self.lens.directions(x, y)
-        near, triangle = self._nearest_triangles(x, y, d)
+        distance, triangle = self._nearest_triangles(x, y, d)
         surface = np.where(triangle >= 0, self.faces.of_triangle[triangle] if self.faces.count else -1, NOTHING)
+        if self.geometry.disks:
+            near, disk = nearer_disks(self.geometry, self.lens.origin, d, 1 / distance, triangle)
+            distance = np.where(disk < 0, distance, 1 / np.where(disk < 0, 1.0, near))
+            surface = np.where(disk < 0, surface, self.surfaces - self.geometry.disks + disk)
         for index in range(self.geometry.ellipsoids):
             t = ellipsoid_distance(self.geometry, index, self.lens.origin, d)
-            nearness = 1 / t  # 0 where it is missed
-            nearer = nearness > near
-            near = np.where(nearer, nearness, near)
+            nearer = t < distance  # the very comparison of `primary.first_hits`: of what ties the triangle is seen
+            distance = np.where(nearer, t, distance)
             surface[nearer] = self.faces.count + index
-        return self._sided(surface, d, near)
+        return self._sided(surface, d, distance)
 
     @cached_property
     def _boxes(self) -> ImageBoxes:
@@ -109,7 +113,7 @@ class Regions:
     def _nearest_triangles(self, x: Floats, y: Floats, d: Floats) -> tuple[Floats, Ints]:
         if self.geometry.triangles > BIG:
             distance, triangle, _ = self._boxes.nearest(d)
-            return 1 / distance, triangle
+            return distance, triangle
         level = 1 if self.geometry.triangles < MANY else len(BLOCKS) - 1
         size = BLOCKS[level]
         across = -(-self.lens.width // size)
@@ -123,30 +127,32 @@ class Regions:
             here = order[first:last]
             chosen = self._candidates(level, *divmod(int(block[here[0]]), across))
             near[here], triangle[here] = self.pencil.nearest(d[:, here], chosen)
-        return near, triangle
+        return np.divide(1, near, out=np.full(x.size, np.inf), where=near > 0), triangle
 
-    def _sided(self, surface: Ints, d: Floats, near: Floats) -> Ints:
+    def _sided(self, surface: Ints, d: Floats, distance: Floats) -> Ints:
         region = surface.copy()
         for row, (normal, point) in enumerate(self.planes):
             mine = np.flatnonzero((surface >= 0) & self._creased[row, surface])
-            height = dot(normal, self.lens.origin - point) + dot(normal, d[:, mine]) / near[mine]
+            height = dot(normal, self.lens.origin - point) + dot(normal, d[:, mine]) * distance[mine]
             region[mine] += self.surfaces * ((height > 0).astype(np.int64) << row)
         return region
 
     def points(self, x: Floats, y: Floats, region: Ints) -> ShadingPoints:
         """Points of given regions' surfaces at image points, whatever stands before them.
 
-        A face is as wide as its plane; an ellipsoid that is missed by a hair is touched.
+        A face or a disk is as wide as its plane; an ellipsoid that is missed by a hair is touched.
         """
         d = self.lens.directions(x, y)
         surface = region % self.surfaces
         flat = surface < self.faces.count
         triangle = np.where(flat, self.faces.triangle[np.where(flat, surface, 0)] if self.faces.count else -1, -1)
-        ellipsoid = np.where(flat, -1, surface - self.faces.count)
+        round_ = ~flat & (surface < self.surfaces - self.geometry.disks)
+        ellipsoid = np.where(round_, surface - self.faces.count, -1)
+        disk = np.where(flat | round_, -1, surface - self.surfaces + self.geometry.disks)
         distance = np.full(x.size, np.inf)
         for index in range(self.geometry.ellipsoids):
             mine = np.flatnonzero(ellipsoid == index)
             distance[mine] = ellipsoid_distance(self.geometry, index, self.lens.origin, d[:, mine], certain=True)
         weight = self.pencil.weights(d, triangle) if self.geometry.triangles else np.zeros_like(d)
-        hits: Hits = hits_at(self.geometry, self.lens.origin, d, triangle, weight, ellipsoid, distance)
+        hits: Hits = hits_at(self.geometry, self.lens.origin, d, triangle, weight, disk, ellipsoid, distance)
         return shading_points(self.geometry, hits, -unit(d), np.arange(x.size))

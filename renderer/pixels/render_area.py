@@ -15,17 +15,17 @@ import numpy as np
 
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators.protocol import Estimator
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.image import Image, prepare
+from nusselt.renderer.image import Image
 from nusselt.renderer.needs import LeftOut, Needs
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats, Ints
 
 from .candidate_edges import find_lines, searched
 from .doubt import doubtful
 from .edge_fragments import bits_of, cut_at_crossings
 from .first_estimates import first_estimates, means
-from .interpolation import WITHIN, Bools, error_bound, fill_centres, shifted
+from .interpolation import WITHIN, error_bound, fill_centres, shifted
 from .moments import Edges, Pieces, pieces_of, visible_edges
 from .refine import Items, refine
 from .regions import Regions
@@ -120,7 +120,11 @@ def render_area(
     jumps = any(not source.has_extent and not source.blockers.none for source in needs.sources)
     budget = (ROOM * tolerance) ** 2 * base.square
     budget = max(budget - base.settled, budget / 4)  # what cannot be mended is said, and the rest done
-    rest = base.settled + refine(base.items, edges, regions, shade, budget, jumps)
+
+    def doubt(x: Floats, y: Floats, region: Ints, size: float) -> Bools:
+        return doubtful(regions, shadows.sources, x, y, region, size)
+
+    rest = base.settled + refine(base.items, edges, regions, shade, budget, jumps, doubt)
     image = _assemble(scene, regions, palette, region, pieces, base, needs.left_out)
     error = math.sqrt(rest / base.square) if base.square > 0 else 0.0
     parts = int((~base.items.whole).sum())
@@ -267,6 +271,7 @@ def _base(
         level=np.zeros(pixel.size, dtype=np.int64),
         whole=np.arange(pixel.size) < full.size,
         dark=dark,
+        lost=np.where(unsure, UNSEEN * most, 0.0) * area,
     )
     image[:, fillable == EDGE] = 0
     square = float(np.einsum("chw,chw->", image, image)) + float(((piece_value * pieces.area[mine]) ** 2).sum())

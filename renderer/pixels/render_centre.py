@@ -14,20 +14,20 @@ import numpy as np
 
 from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import View, look
+from nusselt.renderer.chunks import STRIP, gathered, pieces
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators.protocol import Estimator
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.image import Image, prepare
+from nusselt.renderer.image import Image
+from nusselt.renderer.prepared import prepare
+from nusselt.renderer.radiance import reflected, still
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Bools, Floats, Ints, dot
 
 from .faces import PLANE
-from .interpolation import Bools, fill_centres
+from .interpolation import fill_centres
 
-STRIP = 16
-"""Rows that are sorted as one."""
-SMALLEST, LARGEST = 512, 4096
-"""Pixels in a piece of work."""
+SMALLEST = 512
+"""Pixels in a piece of work, at least."""
 
 
 @dataclass(frozen=True)
@@ -61,11 +61,7 @@ class _Work:
         """Reflected radiance (3, n) at the centres of pixels that reflect."""
         scene, geometry, needs = prepare(self.scene)
         row, column = np.divmod(index, scene.width)
-        points = look(scene, geometry, column + 0.5, row + 0.5).points
-        out, unused = np.zeros((3, index.size)), np.random.default_rng(0)
-        for source in needs.sources:
-            out += self.estimator(points, source.seen_from(points.position), unused)
-        return out
+        return reflected(look(scene, geometry, column + 0.5, row + 0.5).points, needs, still(self.estimator))
 
 
 def render_centre(
@@ -131,16 +127,9 @@ def planes(view: View) -> Ints:
 
 def work_on(scene: Scene, estimator: Estimator, index: Ints, executor: Executor | None) -> Floats:
     """Reflected radiance (3, n) at the centres of pixels (n,) that reflect."""
-    work, width = _Work(scene, estimator), scene.width
-    row, column = np.divmod(index, width)
+    row, column = np.divmod(index, scene.width)
     order = np.lexsort((column, row // STRIP))
-    size = min(max(-(-index.size // 4), SMALLEST), LARGEST)
-    parts = [order[start : start + size] for start in range(0, index.size, size)]
-    out = np.empty((3, index.size))
-    run = map if executor is None or len(parts) < 2 else executor.map
-    for part, values in zip(parts, run(work, [index[part] for part in parts]), strict=True):
-        out[:, part] = values
-    return out
+    return gathered(_Work(scene, estimator), executor, pieces(order, SMALLEST), index)
 
 
 def still_image(mean: Floats, emitter: Floats, background: Floats, back: int) -> Image:

@@ -10,10 +10,10 @@ import numpy as np
 from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators.protocol import Estimator
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.image import Image, prepare
+from nusselt.renderer.image import Image
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats, Ints
 
 from .first_estimates import means
 from .interpolation import fill_centres

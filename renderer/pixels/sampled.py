@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nusselt.renderer.estimators.common_points import lattice
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats, Ints
 
 from .moments import Pieces
 from .regions import Regions

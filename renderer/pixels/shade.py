@@ -8,26 +8,27 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nusselt.renderer.camera.first_hits import origin_in
+from nusselt.renderer.chunks import STRIP, gathered, pieces
 from nusselt.renderer.estimators.analytic import without_shadows
 from nusselt.renderer.estimators.protocol import Estimator
-from nusselt.renderer.geometry.arrays import Geometry, Ints
-from nusselt.renderer.image import prepare
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.needs import Needs
+from nusselt.renderer.prepared import prepare
+from nusselt.renderer.radiance import reflected, still
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Floats, Ints, dot
 
 from .regions import NOTHING, Regions
 
-SMALLEST, LARGEST = 1024, 4096
-"""Points in a piece of work: a quarter of all, within these; the number of workers has no say."""
-STRIP = 16
-"""Rows of pixels that are sorted as one."""
+SMALLEST = 1024
+"""Points in a piece of work, at least."""
 
 
 @dataclass(frozen=True)
@@ -59,19 +60,12 @@ def regions_of(scene: Scene, digest: str, everything: bool = False) -> Found:
 def shade_chunk(work: Work, x: Floats, y: Floats, region: Ints) -> Floats:
     """Reflected radiance (3, n) at image points of regions that reflect."""
     _, needs, regions = regions_of(work.scene, work.digest, work.everything)
-    points = regions.points(x, y, region)
-    out, unused = np.zeros((3, x.size)), np.random.default_rng(0)
-    for source in needs.sources:
-        out += work.estimator(points, source.seen_from(points.position), unused)
-    return out
+    return reflected(regions.points(x, y, region), needs, still(work.estimator))
 
 
 def unshadowed(regions: Regions, needs: Needs, x: Floats, y: Floats, region: Ints) -> Floats:
     """Reflected radiance (3, n) as if nothing blocked, at image points of regions that reflect."""
-    points, out = regions.points(x, y, region), np.zeros((3, x.size))
-    for source in needs.sources:
-        out += without_shadows(points, source)
-    return out
+    return reflected(regions.points(x, y, region), needs, without_shadows)
 
 
 @dataclass
@@ -94,21 +88,7 @@ class Shader:
         """Radiance (3, n) at image points (n,) of regions (n,) that reflect."""
         self.evaluations += x.size
         order = np.lexsort((x, y // STRIP, region))
-        out = np.empty((3, x.size))
-        size = min(max(-(-x.size // 4), SMALLEST), LARGEST)
-        parts = [order[start : start + size] for start in range(0, x.size, size)]
-        if self.executor is None or len(parts) < 2:
-            for part in parts:
-                out[:, part] = shade_chunk(self.work, x[part], y[part], region[part])
-            return out
-        futures = [self.executor.submit(shade_chunk, self.work, x[part], y[part], region[part]) for part in parts]
-        try:
-            for part, future in zip(parts, futures, strict=True):
-                out[:, part] = future.result()
-        finally:
-            for future in futures:
-                future.cancel()
-        return out
+        return gathered(partial(shade_chunk, self.work), self.executor, pieces(order, SMALLEST), x, y, region)
 
 
 @dataclass(frozen=True)
@@ -136,8 +116,8 @@ def palette_of(scene: Scene, regions: Regions, needs: Needs) -> Palette:
     k = faces.triangle
     height = dot(g.normal[:, k], origin - g.a[:, k])
     outside = np.array([origin_in(g, index, origin)[1] > 0 for index in range(g.ellipsoids)], dtype=bool)
-    front = np.concatenate((height > 0, outside))
-    surface = np.concatenate((g.triangle_surface[k], g.ellipsoid_surface)).astype(np.int64)
+    front = np.concatenate((height > 0, outside, dot(g.disk_normal, origin - g.disk_center) > 0))
+    surface = np.concatenate((g.triangle_surface[k], g.ellipsoid_surface, g.disk_surface)).astype(np.int64)
     emitter = g.light[surface] >= 0
     seen = np.where(front, g.emission[:, surface], 0.0)
     faced = front | scene.two_sided

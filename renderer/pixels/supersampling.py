@@ -9,24 +9,26 @@ again.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from nusselt.renderer.camera.rays import primary_directions
 from nusselt.renderer.camera.screen_boxes import kept_boxes
 from nusselt.renderer.camera.view import View, look
+from nusselt.renderer.chunks import each
 from nusselt.renderer.estimators.analytic import without_shadows
 from nusselt.renderer.estimators.common_points import hidden
-from nusselt.renderer.geometry.arrays import Geometry, Ints
-from nusselt.renderer.image import prepare
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.needs import Source
+from nusselt.renderer.prepared import prepare
+from nusselt.renderer.radiance import reflected
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats, column
+from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.vectors import Bools, Floats, Ints, column
 from nusselt.renderer.visibility.segments import small_triangles
-
-from .interpolation import Bools
 
 MANY = 20_000
 """Small triangles beyond which pixels are sampled: cutting each face out of its pixels takes minutes there."""
@@ -98,13 +100,21 @@ class Frames:
             total[:3] += view.emission
             total[3] += view.emitter
             total[4] += view.background
-            for source in needs.sources:
-                near = source.seen_from(view.points.position)
-                total[:3, view.lit] += without_shadows(view.points, near)
-                if not near.blockers.none:
-                    at = (np.array(light) + source.index * STEPS[:2]) % 1.0
-                    total[:3, view.lit] -= hidden(view.points, near, at[:, None])
+            total[:3, view.lit] += reflected(view.points, needs, partial(_share, light=np.array(light)))
         return total
+
+
+def _share(points: ShadingPoints, source: Source, light: Floats) -> Floats:
+    """What a source sends to the eye, its shadow that of one place (2,) of the light."""
+    free = without_shadows(points, source)
+    if source.blockers.none:
+        return free
+    at = (light + source.index * STEPS[:2]) % 1.0
+    return free - hidden(points, source, at[:, None])
+
+
+def _sums(frames: Frames, pixel: Ints) -> Floats:
+    return frames(pixel)
 
 
 @dataclass
@@ -179,14 +189,9 @@ def _more(crowd: Crowd, scene: Scene, shifts: Floats, some: Ints, count: int, ex
                 for first in range(frames, 2 * frames or count, step):
                     last = min(first + step, 2 * frames or count)
                     work.append((copy, part, Frames(scene, shifts[copy], first, last)))
-    for (copy, part, _), sums in zip(work, _all(work, crowd.pixel, executor), strict=True):
+    pixels = [crowd.pixel[part] for _, part, _ in work]
+    sums_of_all = each(_sums, executor, [one for _, _, one in work], pixels)
+    for (copy, part, _), sums in zip(work, sums_of_all, strict=True):
         crowd.total[copy][:, part] += sums
     crowd.evaluations += sum(part.size * (one.last - one.first) for _, part, one in work)
     crowd.frames[some] = np.maximum(2 * crowd.frames[some], count)
-
-
-def _all(work: list[tuple[int, Ints, Frames]], pixel: Ints, executor: Executor | None) -> Iterable[Floats]:
-    if executor is None:
-        return [one(pixel[part]) for _, part, one in work]
-    futures = [executor.submit(one, pixel[part]) for _, part, one in work]
-    return [future.result() for future in futures]

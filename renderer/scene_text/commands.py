@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.lights import LIGHTS, Light
+from nusselt.renderer.lights.text import from_numbers
 
 from .state import SceneState
 
@@ -16,7 +18,8 @@ NUMBER = r"[+-]?+(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?+\d++)?+"
 _FLOAT = re.compile(NUMBER, re.ASCII)
 _INTEGER = re.compile(r"[+-]?\d{1,18}", re.ASCII)
 _NORMALS = "flat faces: shading normals are not supported"
-_SOURCES = "quadLight, point, directional or sun: no other source is supported"
+_KNOWN = [kind.TEXT.command for kind in LIGHTS]
+_SOURCES = f"{', '.join(_KNOWN[:-1])} or {_KNOWN[-1]}: no other source is supported"
 REFUSED = {
     "vertexnormal": _NORMALS,
     "trinormal": _NORMALS,
@@ -72,6 +75,13 @@ def _command(act: Callable[..., None], read: Callable[[str, str], Any], argument
     return Command(act, read, tuple(names))
 
 
+def _light_command(kind: type[Light]) -> Command:
+    def act(state: SceneState, *values: float) -> None:
+        state.light(from_numbers(kind, kind.TEXT, values))
+
+    return _command(act, _number, kind.TEXT.arguments)
+
+
 COMMANDS = {
     "size": _command(SceneState.size, _whole, "width height"),
     "output": _command(SceneState.output, _word, "file"),
@@ -92,10 +102,7 @@ COMMANDS = {
     "scale": _command(SceneState.scale, _number, "x y z"),
     "pushTransform": _command(SceneState.push, _word),
     "popTransform": _command(SceneState.pop, _word),
-    "quadLight": _command(SceneState.quad_light, _number, "corner:xyz ab:xyz ac:xyz radiance:rgb"),
-    "point": _command(SceneState.point, _number, "position:xyz intensity:rgb"),
-    "directional": _command(SceneState.directional, _number, "direction:xyz irradiance:rgb"),
-    "sun": _command(SceneState.sun, _number, "direction:xyz irradiance:rgb degrees"),
+    **{kind.TEXT.command: _light_command(kind) for kind in LIGHTS},
     "attenuation": _command(SceneState.attenuation, _number, "constant linear quadratic"),
     "ambient": _command(SceneState.ambient, _number, "r g b"),
     "diffuse": _command(SceneState.diffuse, _number, "r g b"),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight
+from nusselt.renderer.lights import Light
 from nusselt.renderer.mesh_files import find_inside, read_mesh_file
 from nusselt.renderer.scene import Camera, Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
@@ -241,14 +241,5 @@ class SceneState:
             message = "emission on an ordinary object is seen but lights nothing"
             self.warn(message, f"{self.where}:{self._emission_line}")
 
-    def quad_light(self, *v: float) -> None:
-        self._lights.append(QuadLight(_vec(v), _vec(v[3:]), _vec(v[6:]), _vec(v[9:])))
-
-    def point(self, *v: float) -> None:
-        self._lights.append(PointLight(_vec(v), _vec(v[3:])))
-
-    def directional(self, *v: float) -> None:
-        self._lights.append(DirectionalLight(_vec(v), _vec(v[3:])))
-
-    def sun(self, *v: float) -> None:
-        self._lights.append(SunLight(_vec(v), _vec(v[3:]), v[6]))
+    def light(self, light: Light) -> None:
+        self._lights.append(light)

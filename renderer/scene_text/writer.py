@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight
+from nusselt.renderer.lights import Light
+from nusselt.renderer.lights.text import numbers
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 from nusselt.renderer.validation import Vec3
@@ -69,13 +70,7 @@ def _settings(scene: Scene) -> Iterator[str]:
 
 
 def _light(light: Light) -> str:
-    if isinstance(light, QuadLight):
-        return f"quadLight {_numbers(*light.corner, *light.ab, *light.ac, *light.radiance)}"
-    if isinstance(light, PointLight):
-        return f"point {_numbers(*light.position, *light.intensity)}"
-    if isinstance(light, DirectionalLight):
-        return f"directional {_numbers(*light.direction, *light.irradiance)}"
-    return f"sun {_numbers(*light.direction, *light.irradiance, light.angle)}"
+    return f"{light.TEXT.command} {_numbers(*numbers(light))}"
 
 
 def _material(material: Material) -> Iterator[str]:

@@ -18,21 +18,15 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.geometry.flat_disks import disk_hides
 from nusselt.renderer.geometry.ragged import take
-from nusselt.renderer.geometry.watertight import SLOPE_ULPS, edge_functions, largest, one_norm
-from nusselt.renderer.vectors import Floats, dot, transform
+from nusselt.renderer.vectors import Bools, Floats, Ints, dot, transform
+from nusselt.renderer.watertight import PLANE_ULPS, SLOPE_ULPS, edge_functions, largest, one_norm
 
 from .bvh import Hierarchy
 from .ray_offset import RayOffset
-
-Bools = NDArray[np.bool_]
-
-PLANE_ULPS = 16 * 2.0**-53
-"""Rounding of n . (p - a), relative to |n|_1 times the coordinates: a cross product (3), a sum of three
-products (3), and p itself (5, from its barycentric sum), with room to spare."""
 
 BODY_ULPS = 64 * 2.0**-53
 """Rounding of T (p - c) for a point of an ellipsoid c + A u, T the inverse of A, relative to |T| (|p| + |c| + |A| 1):
@@ -59,7 +53,7 @@ class Blockers:
     Parameters
     ----------
     geometry : Geometry
-    triangles, ellipsoids : (k,) int64
+    triangles, ellipsoids, disks : (k,) int64
         Indices of the candidates.
     hierarchy : Hierarchy, optional
         Over the last of ``triangles``, where they are many.
@@ -70,17 +64,29 @@ class Blockers:
     geometry: Geometry
     triangles: Ints
     ellipsoids: Ints
+    disks: Ints
     hierarchy: Hierarchy | None = None
     offset: RayOffset | None = None
 
     @classmethod
     def everything(cls, geometry: Geometry) -> Blockers:
         """All surfaces of a scene."""
-        return cls(geometry, np.arange(geometry.triangles), np.arange(geometry.ellipsoids))
+        g = geometry
+        return cls(g, np.arange(g.triangles), np.arange(g.ellipsoids), np.arange(g.disks))
+
+    @classmethod
+    def nothing(cls, geometry: Geometry) -> Blockers:
+        """None of them."""
+        none = np.empty(0, dtype=np.int64)
+        return cls(geometry, none, none, none)
 
     @property
     def none(self) -> bool:
-        return self.triangles.size == 0 and self.ellipsoids.size == 0
+        return self.count == 0
+
+    @property
+    def count(self) -> int:
+        return int(self.triangles.size + self.ellipsoids.size + self.disks.size)
 
     @property
     def loose(self) -> Ints:
@@ -100,7 +106,7 @@ class Blockers:
         return replace(self, triangles=np.concatenate((loose, hierarchy.triangles)), hierarchy=hierarchy)
 
     def between(self, points: Floats, lights: Floats, at_infinity: bool) -> Blockers:
-        """Without the triangles whose plane has all points and all light points on one side.
+        """Without the triangles and disks whose plane has all points and all light points on one side.
 
         Parameters
         ----------
@@ -111,19 +117,16 @@ class Blockers:
         g, k = self.geometry, self.loose
         if k.size * points.shape[1] > BOXED:
             points = box_corners(points)
-        n, a = g.normal[:, k], g.a[:, k]
-        bound = plane_bound(n, a, points)
-        here = dot(n[:, :, None], points[:, None, :] - a[:, :, None])
-        there = dot(n[:, :, None], lights[:, None, :] if at_infinity else lights[:, None, :] - a[:, :, None])
-        slack = PLANE_ULPS * np.abs(n).sum(axis=0) * np.abs(lights).max() if at_infinity else plane_bound(n, a, lights)
-        above = (here.min(axis=1, initial=np.inf) >= -bound) & (there.min(axis=1) >= -slack)
-        below = (here.max(axis=1, initial=-np.inf) <= bound) & (there.max(axis=1) <= slack)
-        kept = k[~(above | below)]
+        kept = k[~_on_one_side(g.normal[:, k], g.a[:, k], points, lights, at_infinity)]
+        disks = self.disks
+        if disks.size:
+            n, center = g.disk_normal[:, disks], g.disk_center[:, disks]
+            disks = disks[~_on_one_side(n, center, points, lights, at_infinity)]
         if self.hierarchy is None:
-            return replace(self, triangles=kept)
+            return replace(self, triangles=kept, disks=disks)
         if not at_infinity and self._missed(np.hstack((points, lights))):
-            return replace(self, triangles=kept, hierarchy=None)
-        return replace(self, triangles=np.concatenate((kept, self.hierarchy.triangles)))
+            return replace(self, triangles=kept, disks=disks, hierarchy=None)
+        return replace(self, triangles=np.concatenate((kept, self.hierarchy.triangles)), disks=disks)
 
     def _missed(self, points: Floats) -> bool:
         """Whether the bounding box of the points and the hierarchy's are apart."""
@@ -171,6 +174,8 @@ class Blockers:
             hidden.ravel()[open_] = self.hierarchy_hides(p, ray, at_infinity)
         for index in self.ellipsoids:
             hidden |= self._ellipsoid_hides(index, points, own_ellipsoid, d, at_infinity, normal)
+        for index in self.disks:
+            hidden |= disk_hides(self.geometry, index, points, d, at_infinity)
         return ~hidden
 
     def _triangles_hide(self, chosen: Ints, p: Floats, d: Floats, at_infinity: bool) -> Bools:
@@ -229,6 +234,17 @@ class Blockers:
             looks = None if normal is None else normal[:, others]
             hidden[others] = _crosses_body(self.geometry, index, p[:, others], d[:, others], at_infinity, looks)
         return hidden
+
+
+def _on_one_side(n: Floats, a: Floats, points: Floats, lights: Floats, at_infinity: bool) -> Bools:
+    """Which planes n, a (3, t) have all points (3, n) and all light points (3, m), or directions, on one side."""
+    bound = plane_bound(n, a, points)
+    here = dot(n[:, :, None], points[:, None, :] - a[:, :, None])
+    there = dot(n[:, :, None], lights[:, None, :] if at_infinity else lights[:, None, :] - a[:, :, None])
+    slack = PLANE_ULPS * np.abs(n).sum(axis=0) * np.abs(lights).max() if at_infinity else plane_bound(n, a, lights)
+    above = (here.min(axis=1, initial=np.inf) >= -bound) & (there.min(axis=1) >= -slack)
+    below = (here.max(axis=1, initial=-np.inf) <= bound) & (there.max(axis=1) <= slack)
+    return np.asarray(above | below)
 
 
 def _crosses_body(g: Geometry, index: int, p: Floats, d: Floats, at_infinity: bool, normal: Floats | None) -> Bools:

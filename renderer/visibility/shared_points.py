@@ -6,20 +6,15 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.ragged import take
-from nusselt.renderer.light_points import hull
 from nusselt.renderer.lights import Light
-from nusselt.renderer.needs import Source
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats, Ints
 
 from .bvh import Hierarchy
 from .segments import Blockers
 from .silhouette import Outline, outline, project, silhouette, surface_of, winding
-
-Bools = NDArray[np.bool_]
 
 
 @lru_cache(maxsize=16)
@@ -28,7 +23,7 @@ def outline_of(geometry: Geometry, hierarchy: Hierarchy, light: Light) -> tuple[
     surface, reason = surface_of(geometry, hierarchy.triangles.astype(np.int64).tobytes())
     if surface is None:
         return None, reason
-    found = outline(surface, *hull(light))
+    found = outline(surface, light.hull(), light.at_infinity)
     return found, "" if found else "the light lies beside or inside the surface"
 
 
@@ -51,12 +46,11 @@ class CommonVisibility:
     outline: Outline | None
 
     @classmethod
-    def of(cls, source: Source) -> CommonVisibility:
-        """For a source's light and blockers."""
-        b = source.blockers
+    def of(cls, b: Blockers, light: Light) -> CommonVisibility:
+        """What may stand between a light and some points."""
         if b.hierarchy is None or b.offset is not None:  # rays that start off the surface are traced
             return cls(b, b, None)
-        found, _ = outline_of(b.geometry, b.hierarchy, source.light)
+        found, _ = outline_of(b.geometry, b.hierarchy, light)
         return cls(b, replace(b, triangles=b.loose, hierarchy=None) if found else b, found)
 
     def seen(

@@ -21,10 +21,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Geometry, Ints
+from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.closed_surfaces import Surface, closed_surface
 from nusselt.renderer.geometry.ragged import expand, take
-from nusselt.renderer.vectors import Floats, column, cross, dot, frame, unit
+from nusselt.renderer.vectors import Floats, Ints, column, cross, dot, frame, unit
 
 CELLS = 256
 """Cells along a side of the grid, at most."""

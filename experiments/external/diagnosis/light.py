@@ -26,7 +26,7 @@ def missing_cosine(case: Case) -> Iterator[Guess]:
 
 
 def missing_light_cosine(case: Case) -> Iterator[Guess]:
-    if case.probe.quads:
+    if case.probe.one_sided:
         yield _under(case, "the cosine at the light is missing", facing="all")
 
 
@@ -36,7 +36,7 @@ def wrong_falloff(case: Case) -> Iterator[Guess]:
 
 
 def two_sided_light(case: Case) -> Iterator[Guess]:
-    if case.probe.quads:
+    if case.probe.one_sided:
         both = _under(case, "lights emit on both sides", facing="both")
         yield both
         sight = case.probe.sight
@@ -44,7 +44,7 @@ def two_sided_light(case: Case) -> Iterator[Guess]:
 
 
 def light_flipped(case: Case) -> Iterator[Guess]:
-    if case.probe.quads:
+    if case.probe.one_sided:
         flipped = _under(case, "lights emit on their back", facing="back")
         yield flipped
         sight = case.probe.sight
@@ -81,7 +81,7 @@ def light_self_shadow(case: Case) -> Iterator[Guess]:
     probe = case.probe
     seen = probe.sight.emission
     lit = probe.truth - seen
-    if not probe.quads or case.noise == 0:
+    if not probe.one_sided or case.noise == 0:
         return
     kept = case.fit(lambda g: seen + g * lit, np.linspace(0.02, 1, 30))
     left = case.distance(seen + kept * lit)

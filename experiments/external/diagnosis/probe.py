@@ -12,13 +12,13 @@ import numpy as np
 
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.image import prepare
-from nusselt.renderer.light_points import beams
-from nusselt.renderer.lights import Light, QuadLight
+from nusselt.renderer.lights import Light
+from nusselt.renderer.lights.sampling import random_beams
 from nusselt.renderer.needs import Source
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, column, dot
+from nusselt.renderer.vectors import Floats, dot
 from nusselt.renderer.visibility.segments import Blockers
 
 from .rules import RIGHT, Rules, reflected
@@ -81,9 +81,9 @@ class Paths:
     def _behind(self) -> Floats:
         """With everything that may stand behind the light."""
         found = self.seen("right").copy()
-        if isinstance(self.light, QuadLight):
-            normal = column(self.light.normal)
-            back = np.flatnonzero(dot(normal, self.sight.points.position - column(self.light.corner)) < 0)
+        plane = self.light.plane()
+        if plane is not None:
+            back = np.flatnonzero(dot(plane[0], self.sight.points.position - plane[1]) < 0)
             found[back] = self.visible(back, self.d[:, back], False, all_blockers=True)
         return found
 
@@ -101,8 +101,11 @@ class Paths:
     @property
     def _everything(self) -> Blockers:
         g = self.geometry
-        others = np.flatnonzero(g.light[g.triangle_surface] != self.source.index)
-        return Blockers(g, others, np.arange(g.ellipsoids))
+        others = (
+            np.flatnonzero(g.light[surfaces] != self.source.index) for surfaces in (g.triangle_surface, g.disk_surface)
+        )
+        triangles, disks = others
+        return Blockers(g, triangles, np.arange(g.ellipsoids), disks)
 
 
 class Probe:
@@ -126,7 +129,7 @@ class Probe:
             self.samples = math.isqrt(self.samples) ** 2
         self.passes = max(2, -(-SAMPLES // self.samples))
         kept = {source.index: source for source in needs.sources}
-        nothing = Blockers(self.geometry, *np.zeros((2, 0), dtype=np.int64))
+        nothing = Blockers.nothing(self.geometry)
         self.sources = [kept.get(k, Source(k, one, nothing, scene.is_glossy)) for k, one in enumerate(scene.lights)]
         self.stride = self._stride()
         # A random pixel in each cell: the edges of an image like to run along its rows.
@@ -186,9 +189,10 @@ class Probe:
         found = []
         for source in self.sources:
             rng = np.random.default_rng([self.seed, source.index, samples])
-            drawn = [beams(source.light, sight.points.position, rng, samples, self.stratified) for _ in range(passes)]
+            light, at = source.light, sight.points.position
+            drawn = [random_beams(light, at, rng, samples, self.stratified) for _ in range(passes)]
             d = np.concatenate([one[0] for one in drawn], axis=2)
-            found.append(Paths(source, d, drawn[0][2], self.geometry, sight))
+            found.append(Paths(source, d, light.at_infinity, self.geometry, sight))
         return found
 
     def radiance_passes(self, rules: Rules, sight: Sight | None = None, paths: list[Paths] | None = None) -> Floats:
@@ -224,6 +228,6 @@ class Probe:
         return float(sum(float(p.sum()) for p in products)) / max(pairs, 1) / size if size > 0 else 0.0
 
     @property
-    def quads(self) -> list[Paths]:
-        """Paths of the lights that are parallelograms."""
-        return [path for path in self.paths if isinstance(path.light, QuadLight)]
+    def one_sided(self) -> list[Paths]:
+        """Paths of the lights that shine to one side of a plane."""
+        return [path for path in self.paths if path.light.plane() is not None]

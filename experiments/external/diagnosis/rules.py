@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.light_points import colour
-from nusselt.renderer.lights import Light, PointLight, QuadLight, SunLight
+from nusselt.renderer.lights import Light, colour
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, column, cross, dot
+from nusselt.renderer.vectors import Floats, dot
 
 
 @dataclass(frozen=True)
@@ -52,22 +51,20 @@ RIGHT = Rules()
 
 def _solid_angle(light: Light, d: Floats, rules: Rules) -> Floats:
     """What multiplies the light's colour for one beam (n, k) alone, without the surface's cosine."""
+    plane = light.plane()
+    if light.at_infinity:
+        return light.worth(d)
     length = np.sqrt(dot(d, d))
-    if isinstance(light, QuadLight):
-        doubled = cross(column(light.ab), column(light.ac))
-        cosine = dot(doubled[:, :, None], d) / length / light.area
-        cosine = {
-            "front": np.maximum(cosine, 0),
-            "back": np.maximum(-cosine, 0),
-            "both": np.abs(cosine),
-            "all": np.where(cosine > 0, 1.0, 0.0),
-        }[rules.facing]
-        return light.area * cosine / length**rules.falloff
-    if isinstance(light, PointLight):
-        return 1 / length**rules.falloff
-    if isinstance(light, SunLight):
-        return 1 / dot(column(light.direction)[:, :, None], d)
-    return np.ones(d.shape[1:])
+    if plane is None:
+        return light.worth(d) * length ** (2 - rules.falloff)
+    cosine = -dot(plane[0][:, :, None], d) / length
+    cosine = {
+        "front": np.maximum(cosine, 0),
+        "back": np.maximum(-cosine, 0),
+        "both": np.abs(cosine),
+        "all": np.where(cosine > 0, 1.0, 0.0),
+    }[rules.facing]
+    return light.area * cosine / length**rules.falloff
 
 
 def _lobe(points: ShadingPoints, d: Floats, length: Floats, kind: str) -> Floats:

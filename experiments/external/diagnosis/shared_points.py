@@ -10,8 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import nnls
 
-from nusselt.renderer.light_points import Extended, extended_beams
-from nusselt.renderer.lights import QuadLight, SunLight
+from nusselt.renderer.lights import Light
 from nusselt.renderer.vectors import Floats
 
 from .case import Case, Guess
@@ -32,7 +31,7 @@ def shared_points(case: Case, distance: float) -> tuple[Guess, Floats] | None:
     """The fitted image and its squares at the pixels it was tried on, where the points are shared; else None."""
     probe = case.probe
     noise = case.noise
-    lights = [(p, p.light) for p in probe.paths if isinstance(p.light, QuadLight | SunLight)]
+    lights = [(p, p.light) for p in probe.paths if p.light.has_extent]
     if not lights or noise < LEAST or len(lights) * SIDE**2 > 2000:
         return None
     lit = np.flatnonzero(case.valid[probe.sight.lit])
@@ -61,7 +60,7 @@ def shared_points(case: Case, distance: float) -> tuple[Guess, Floats] | None:
     return Guess(probe.truth, detail), everywhere
 
 
-def _points_on(path: Paths, light: Extended, chosen: np.ndarray) -> Floats:
+def _points_on(path: Paths, light: Light, chosen: np.ndarray) -> Floats:
     """Reflected radiance (3, m, SIDE^2) of each point of a grid on one light, were it the whole light."""
     points = path.sight.points.take(chosen)
     u, v = (part.ravel()[None] for part in np.meshgrid(*[(np.arange(SIDE) + 0.5) / SIDE] * 2, indexing="ij"))
@@ -69,8 +68,8 @@ def _points_on(path: Paths, light: Extended, chosen: np.ndarray) -> Floats:
     for start in range(0, points.count, LOOK // 4):
         some = np.arange(start, min(start + LOOK // 4, points.count))
         few = points.take(some)
-        d, _, endless = extended_beams(light, few.position, u, v)
-        seen = path.visible(chosen[some], d, endless)
+        d, _ = light.beams(few.position, u, v)
+        seen = path.visible(chosen[some], d, light.at_infinity)
         out[:, some] = reflected(few, light, d, seen, RIGHT, u.size)
     return out
 

@@ -1,24 +1,18 @@
-"""Image files from anywhere, read with bounded memory: a header is believed only where it says the scene's size."""
+"""Image files from anywhere, read with bounded memory: a header is believed only where it says the scene's size.
+
+To add a format: its file here, and its place in the tuple.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
+from .exr import EXR
+from .hdr import HDR
+from .npy import NPY
+from .pfm import PFM
+from .png import PNG
+from .raw import Format, Raw
 
-from .exr import read_exr
-from .floats import read_npy, read_pfm
-from .png import read_png
-from .raw import Raw
-from .rgbe import read_hdr
+FORMATS: tuple[Format, ...] = (PNG, EXR, PFM, HDR, NPY)
 
-READERS: dict[str, Callable[[Path, int, int], Raw]] = {
-    ".png": read_png,
-    ".exr": read_exr,
-    ".pfm": read_pfm,
-    ".hdr": read_hdr,
-    ".npy": read_npy,
-}
-"""By the ending of a name; each takes the file and the width and height it must have."""
-
-__all__ = ["READERS", "Raw"]
+__all__ = ["FORMATS", "Format", "Raw"]
 """Raw: what a file holds, before any transfer curve is undone."""

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.vectors import Floats
 
-from .raw import Raw, check_size, refuse
+from .raw import Format, Raw, check_size, refuse
 
 CHANNELS = 64
 """Most channels a file may have: each is decoded."""
@@ -52,3 +54,42 @@ def _check_header(path: Path, file: Any, wanted: tuple[int, int]) -> None:
     check_size(path, tuple(int(v) for v in high - low + 1), wanted)  # type: ignore[arg-type]
     if len(file.header()["channels"]) > CHANNELS:
         raise refuse(path, f"{len(file.header()['channels'])} channels", f"at most {CHANNELS}")
+
+
+def exr_planes(path: Path) -> Floats:
+    """What `write_image` wrote as EXR: (3, h, w) or (1, h, w).
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    import OpenEXR
+
+    try:
+        with OpenEXR.File(str(path)) as file:
+            channels = {name: np.array(channel.pixels, dtype=np.float64) for name, channel in file.channels().items()}
+    except Exception as error:  # its reader raises whatever its C++ side throws
+        raise InputError("image", str(path), f"a readable EXR file ({error})") from error
+    if "RGB" in channels:
+        return np.ascontiguousarray(channels["RGB"].transpose(2, 0, 1))
+    if len(channels) == 1:
+        return next(iter(channels.values()))[None]
+    raise InputError("image", str(path), "an EXR file of RGB or one channel")
+
+
+def write_exr(path: Path, radiance: Floats) -> None:
+    """Radiance (3, h, w), or one channel (1, h, w), in float32."""
+    import OpenEXR
+
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    pixels = np.ascontiguousarray(radiance.transpose(1, 2, 0), dtype=np.float32)
+    channels = {"RGB": pixels} if len(radiance) == 3 else {"Y": pixels[..., 0]}
+    try:
+        with OpenEXR.File(header, channels) as file:
+            file.write(str(path))
+    except RuntimeError as error:  # all that OpenEXR says of a full disk
+        raise OSError(errno.EIO, str(error).rsplit(". ", 1)[-1].rstrip(".").lower()) from error
+
+
+EXR = Format(".exr", read_exr, write_exr)

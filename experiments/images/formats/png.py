@@ -13,8 +13,9 @@ import PIL.Image
 from numpy.typing import NDArray
 
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.vectors import Floats
 
-from .raw import Raw, check_size, refuse, three_channels
+from .raw import Format, Raw, check_size, refuse, three_channels
 
 PLAIN = {"1": "L", "L": "L", "P": "RGB", "RGB": "RGB", "LA": "LA", "RGBA": "RGBA", "PA": "RGBA"}
 """Pillow's mode for eight bits, and what it is read as."""
@@ -64,3 +65,16 @@ def _low_bytes(path: Path, kind: str) -> NDArray[Any]:
     with PIL.Image.open(path, formats=["PNG"]) as image:
         image.tile = [entry._replace(args=swapped) for entry in image.tile]
         return np.asarray(image, dtype=np.uint16)
+
+
+def to_levels(radiance: Floats) -> NDArray[np.uint8]:
+    """The course's eight bits: clamp to [0, 1], times 255, truncate; no gamma. NaN is black."""
+    return (255 * np.clip(np.nan_to_num(radiance, nan=0.0, posinf=1.0, neginf=0.0), 0, 1)).astype(np.uint8)
+
+
+def write_png(path: Path, radiance: Floats) -> None:
+    """The course's eight bits of radiance (3, h, w)."""
+    PIL.Image.fromarray(to_levels(radiance).transpose(1, 2, 0)).save(path)
+
+
+PNG = Format(".png", read_png, write_png)

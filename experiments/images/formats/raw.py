@@ -1,8 +1,9 @@
-"""What every reader gives, and the one error it raises."""
+"""What a format is, what every reader gives, and the one error it raises."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.vectors import Floats
 
 SPARE = 1 << 24
 """Bytes a file may hold besides 64 for every pixel: comments, profiles, thumbnails."""
@@ -38,6 +40,25 @@ class Raw:
     def levels(self) -> int:
         """Highest level of a whole-number format; 0 for radiance."""
         return 0 if self.values.dtype.kind == "f" else int(np.iinfo(self.values.dtype).max)
+
+
+@dataclass(frozen=True)
+class Format:
+    """A kind of image file.
+
+    Parameters
+    ----------
+    suffix : str
+        What its names end in.
+    read : callable
+        From a path and the width and height it must have.
+    write : callable, optional
+        To a path, radiance (3, h, w); also (1, h, w) where the format has one channel. None: it is only read.
+    """
+
+    suffix: str
+    read: Callable[[Path, int, int], Raw]
+    write: Callable[[Path, Floats], None] | None = None
 
 
 def refuse(path: Path, found: object, accepted: str) -> InputError:

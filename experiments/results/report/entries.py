@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib import colormaps
 from scipy import stats
 
-from nusselt.experiments.files import read_exr
+from nusselt.experiments.images.formats.exr import exr_planes
 from nusselt.experiments.results.document import plain
 from nusselt.experiments.results.rows import Row, experiment_of, figures, method, number, status, subject, title
 from nusselt.experiments.results.work_precision import seconds_of
@@ -32,7 +32,7 @@ def layers(material: Material, row: Row) -> dict[str, Any]:
         If they cannot be read, or are not of one size.
     """
     paths = {name: material.image(row, f"{name}_exr") for name in ("ours", "reference", "difference")}
-    found = {name: read_exr(path) for name, path in paths.items() if path}
+    found = {name: exr_planes(path) for name, path in paths.items() if path}
     shapes = {layer.shape[1:] for layer in found.values()}
     if len(shapes) > 1:
         raise InputError("images", title(row), "images of one size")

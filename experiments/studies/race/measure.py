@@ -18,8 +18,10 @@ from nusselt.experiments.studies.race.times import OurLap
 from nusselt.experiments.workers import cores, worker_pool
 from nusselt.mitsuba_bridge.race import WAYS, Race, Way, run_race
 from nusselt.renderer.estimators import ESTIMATORS, CommonPointsFixed, Estimator, Exact
-from nusselt.renderer.image import Image, prepare, render
+from nusselt.renderer.estimators.protocol import Bounded
+from nusselt.renderer.image import Image, render
 from nusselt.renderer.pixels import render_area, render_centre
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
@@ -111,7 +113,7 @@ def steps(scene: Scene, estimator: Estimator, rule: Rule) -> list[Step]:
     """Our images, fastest first."""
     if rule == "area":
         return [(tolerance, estimator) for tolerance in TOLERANCES]
-    if not isinstance(estimator, Exact) or not by_silhouettes(scene, estimator):
+    if not isinstance(estimator, Bounded) or not by_silhouettes(scene, estimator):
         return [(0.0, estimator)]
     common: list[Step] = [(0.0, CommonPointsFixed(samples=samples)) for samples in COMMON]
     return [*common, (0.0, estimator), *((tolerance, estimator) for tolerance in INTERPOLATED)]

@@ -13,7 +13,8 @@ import numpy as np
 from nusselt.experiments.runs.own import Own
 from nusselt.experiments.studies.race.times import OurLap, Time, fastest, seconds_to
 from nusselt.renderer.estimators import Estimator
-from nusselt.renderer.image import prepare, render
+from nusselt.renderer.image import render
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 

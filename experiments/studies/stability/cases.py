@@ -20,7 +20,7 @@ import numpy as np
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.vectors import Floats
 
-OWN = Path(__file__).with_name("oracles") / "stiff.json"
+OWN = Path(__file__).with_name("oracles-stiff.json")
 """The project's own cases, made by `tests/make_oracles.py`."""
 
 Vector = tuple[float, float, float]

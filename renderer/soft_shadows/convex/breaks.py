@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats, cross
+from nusselt.renderer.closed_forms.circles.circles import meet
+from nusselt.renderer.closed_forms.circles.pairing import columns, joined
+from nusselt.renderer.vectors import Floats, Ints, cross
 
-from .circles import meet
 from .conics import Conics
-from .pairing import joined
 from .sections import HalfPlanes, Square
 
 GRID = 1 << 30
@@ -63,10 +62,10 @@ def conic_crossings(square: Square, flats: HalfPlanes, pair: Ints, line: Ints, c
     out = []
     for group in conics:
         every = np.arange(group.point.size)
-        cuts = [group.crossed(every, side[:, group.point]) for side in sides]
+        cuts = [group.crossed(every, columns(side, group.point)) for side in sides]
         i, j = joined(group.point, first, count)
         j = order[j]
-        cuts.append(group.crossed(i, flats.planes[:, line[j], pair[j]]))
+        cuts.append(group.crossed(i, columns(flats.planes.reshape(3, -1), line[j] * flats.count + pair[j])))
         for other in conics:
             many = np.bincount(other.point, minlength=square.p.shape[1])
             i, j = joined(group.point, np.cumsum(many) - many, many)

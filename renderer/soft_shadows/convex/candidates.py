@@ -7,17 +7,18 @@ from itertools import pairwise
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Ints
+from nusselt.renderer.closed_forms.circles.pairing import columns
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, column, dot
-from nusselt.renderer.visibility.segments import PLANE_ULPS, Blockers
+from nusselt.renderer.vectors import Floats, Ints, column, dot
+from nusselt.renderer.visibility.segments import Blockers
+from nusselt.renderer.watertight import PLANE_ULPS
 
 from .conics import Conics, may_meet
 from .occluders import INSIDE, TOUCHING, Occluders, occluders
 from .round_bodies import OUTSIDE, RoundBodies, round_bodies
 from .sections import Lines, Square, gathered
-from .shaft import in_shaft, reaching, shaft_planes
+from .shaft import Bounds, in_shaft, reaching, shaft_planes
 from .strips import Bodies
 
 EFFORT = 1 << 15
@@ -85,7 +86,9 @@ class Standing:
         center = np.hstack((self.flat.center[:, self.pieces], self.round.center[:, self.balls]))
         radius = np.r_[self.flat.radius[self.pieces], self.round.reach[self.balls]]
         if reached:
-            point, which = reaching(center, radius, points.position, self._square(points).cone())
+            half = np.hstack((self.flat.half[:, self.pieces], np.tile(self.round.reach[self.balls], (3, 1))))
+            light = np.abs(self.light.hull()).max()
+            point, which = reaching(Bounds(center, half, radius, light), points.position, self._square(points).cone())
         else:
             point, which = np.nonzero(np.ones((points.count, radius.size), dtype=bool))
         return Pairs(point, np.r_[self.pieces, self.flat.count + self.balls][which])
@@ -109,16 +112,16 @@ class Standing:
         if balls.size:
             p, ball = place[balls], body[balls] - self.flat.count
             own = points.ellipsoid[p] == ball
-            side, outward = self.round.sides(points.position[:, p], points.normal[:, p], own, ball)
+            side, outward = self.round.sides(columns(points.position, p), columns(points.normal, p), own, ball)
             out, met = np.flatnonzero(side == OUTSIDE), np.flatnonzero(side == TOUCHING)
             cones = self.round.seen(points.position, p[out], ball[out])
             cones = [cone.take(np.flatnonzero(may_meet(cone, square))) for cone in cones]
             rounds = [Conics.seen(cone, square) for cone in cones if cone.point.size]
             inside = np.r_[inside, p[side == INSIDE]]
-            lines.append(square.lines(-outward[:, None, met], p[met]))
+            lines.append(square.lines(-columns(outward[:, None], met), p[met]))
         # What lies below the horizon is hidden as if by one more body.
         cut = np.flatnonzero(np.minimum.reduce([dot(points.normal, corner) for corner in square.corners]) <= 0)
-        lines.append(replace(square.lines(-points.normal[:, None, cut], cut), blocks=False))
+        lines.append(replace(square.lines(-columns(points.normal[:, None], cut), cut), blocks=False))
         return Bodies(square, gathered(lines), rounds), inside
 
     def _square(self, points: ShadingPoints) -> Square:
@@ -127,18 +130,19 @@ class Standing:
 
     def _flats(self, points: ShadingPoints, square: Square, point: Ints, piece: Ints) -> tuple[list[Lines], Ints]:
         """Pieces as regions of the square, and points (k,) inside one."""
-        x, normal = points.position[:, point], points.normal[:, point]
+        x, normal = columns(points.position, point), columns(points.normal, point)
         row, width, on = self.flat.outline(x, normal, piece)
         lines = []
-        for k in np.unique(width[width > 0]).tolist():
+        for k in np.flatnonzero(np.bincount(width[width > 0])).tolist():
             mine = np.flatnonzero(width == k)
-            vertices = self.flat.vertices[:, self.flat.outlines.table[row[mine], :k].T]
-            height = dot(normal[:, None, mine], vertices - x[:, None, mine]).max(axis=0)
-            room = 8 * PLANE_ULPS * (np.abs(vertices).max(axis=(0, 1)) + np.abs(x[:, mine]).max(axis=0))
+            vertices = columns(self.flat.vertices, self.flat.outlines.table[row[mine], :k].T)
+            at = columns(x, mine)
+            height = dot(columns(normal, mine)[:, None], vertices - at[:, None]).max(axis=0)
+            room = 8 * PLANE_ULPS * (np.abs(vertices).max(axis=(0, 1)) + np.abs(at).max(axis=0))
             seen = np.flatnonzero(height > room)  # nothing hides from below the horizon, or in it
-            lines.append(square.edges(vertices[..., seen], x[:, mine[seen]], point[mine[seen]]))
+            lines.append(square.edges(columns(vertices, seen), columns(at, seen), point[mine[seen]]))
         met = np.flatnonzero(width == TOUCHING)
-        lines.append(square.lines(-self.flat.normals[:, :, piece[met]] * on[:, met], point[met]))
+        lines.append(square.lines(-columns(self.flat.normals, piece[met]) * columns(on, met), point[met]))
         return lines, point[width == INSIDE]
 
 

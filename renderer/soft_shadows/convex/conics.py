@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Ints
-from nusselt.renderer.vectors import Floats, cross, dot
+from nusselt.renderer.closed_forms.circles.circles import ends
+from nusselt.renderer.closed_forms.circles.cones import Rounds
+from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.vectors import Bools, Floats, Ints, cross, dot
 
-from .circle_cones import Rounds
-from .circles import ends
 from .sections import Square
 
 
@@ -41,7 +41,7 @@ class Conics:
     @classmethod
     def seen(cls, cone: Rounds, square: Square) -> Conics:
         """Of cones about the square's points."""
-        p = square.p[:, cone.point]
+        p = columns(square.p, cone.point)
         planes = np.stack((cross(p, square.ac), np.broadcast_to(cross(square.ab, square.ac), p.shape)), axis=1)
         on = np.stack(cone.on(planes))
         w0, wu, wv = (cone.flattened(v) for v in (p, square.ab, square.ac))
@@ -53,7 +53,8 @@ class Conics:
 
     def take(self, index: Ints) -> Conics:
         """Some of the pairs."""
-        return Conics(self.cone.take(index), *(v[:, index] for v in (self.w0, self.wu, self.wv, self.on0, self.onu)))
+        forms = (columns(v, index) for v in (self.w0, self.wu, self.wv, self.on0, self.onu))
+        return Conics(self.cone.take(index), *forms)
 
     def tangents(self) -> tuple[Floats, Floats, Floats]:
         """u (2, q) of the two lines that touch, nan if there are none; and between which places (q,) lines may cut."""
@@ -71,10 +72,10 @@ class Conics:
 
         But of lines that are known to ``meets`` their cones, where rounding has them apart, the place between.
         """
-        on = self.on0[:, pair] + u * self.onu[:, pair]
+        on = columns(self.on0, pair) + u * columns(self.onu, pair)
         reach = np.sqrt(on[0] * on[0] + on[1] * on[1])
         square = (reach - on[2]) * (reach + on[2])
-        a, g = self.w0[:, pair] + u * self.wu[:, pair], self.wv[:, pair]
+        a, g = columns(self.w0, pair) + u * columns(self.wu, pair), columns(self.wv, pair)
         c, b = a[0] * a[0] + a[1] * a[1] - a[2] * a[2], a[0] * g[0] + a[1] * g[1] - a[2] * g[2]
         h = np.sqrt(g[0] * g[0] + g[1] * g[1])
         lead = (h - g[2]) * (h + g[2])
@@ -105,7 +106,7 @@ def _form(one: Floats, two: Floats) -> Floats:
 
 def may_meet(cone: Rounds, square: Square) -> Bools:
     """Which cones (q,) may meet the light above the horizon."""
-    p, q, m = cone.on(square.cone()[..., cone.point])
+    p, q, m = cone.on(columns(square.cone(), cone.point))
     return np.asarray((np.sqrt(p * p + q * q) >= -m).all(axis=0))
 
 

@@ -9,8 +9,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Geometry, Ints
-from nusselt.renderer.vectors import Floats, cross, dot, unit
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.vectors import Floats, Ints, cross, dot, unit
 
 from .convex import FLAT, Convex, Loop, _chain
 

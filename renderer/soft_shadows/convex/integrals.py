@@ -10,18 +10,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Ints
+from nusselt.renderer.closed_forms.circles.boundary_integrals import (
+    lambert_arcs,
+    lambert_circles,
+    lobe_arcs,
+    lobe_circles,
+)
+from nusselt.renderer.closed_forms.circles.circles import CircleArcs
+from nusselt.renderer.closed_forms.circles.pairing import columns
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Bools, Floats, Ints, dot
 
-from .boundary_integrals import lambert_arcs, lambert_circles, lobe_arcs, lobe_circles
-from .circles import CircleArcs
 from .rims import Arcs
 from .sections import Square
 from .strips import Bodies, Trapezoids
 
-NODES = 6
-"""Gauss-Legendre nodes each way over a part of a small light."""
+_x, _w = np.polynomial.legendre.leggauss(6)
+NODES, WEIGHTS = (_x + 1) / 2, _w / 2
+"""Gauss-Legendre each way over a part of a small light."""
 SMALL = 0.05
 """Half diagonal over distance below which a light is small: arcs cancel to the square of that, and the integrand's
 poles are twenty half sides away."""
@@ -45,15 +51,16 @@ def over_arcs(points: ShadingPoints, arcs: Arcs, circles: list[tuple[CircleArcs,
     """The integral (n,) over closed contours."""
     value, error = np.zeros(points.count), np.zeros(points.count)
     p = arcs.point
+    n = columns(points.normal, p)
     if lobe:
-        share, bound = lobe_arcs(arcs.start, arcs.end, points.normal[:, p], points.mirror[:, p], points.shininess[p])
+        share, bound = lobe_arcs(arcs.start, arcs.end, n, columns(points.mirror, p), points.shininess[p])
     else:
-        share, bound = lambert_arcs(arcs.start, arcs.end, points.normal[:, p])
+        share, bound = lambert_arcs(arcs.start, arcs.end, n)
     value += np.bincount(p, share, points.count)
     error += np.bincount(p, bound, points.count)
     for part, sign in circles:
         p = part.cone.point
-        n, w, s = points.normal[:, p], points.mirror[:, p], points.shininess[p]
+        n, w, s = columns(points.normal, p), columns(points.mirror, p), points.shininess[p]
         share, bound = lobe_circles(part, n, w, s) if lobe else lambert_circles(part, n)
         value += np.bincount(p, sign * share, points.count)
         error += np.bincount(p, bound, points.count)
@@ -74,16 +81,17 @@ def small_lights(points: ShadingPoints, square: Square) -> tuple[Bools, Bools]:
 
 def over_nodes(points: ShadingPoints, square: Square, parts: Trapezoids, lobe: bool) -> Integral:
     """The integral over trapezoids between straight lines, as a sum of positive terms."""
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    nodes, weights = (nodes + 1) / 2, weights / 2
     point, total = parts.point, np.zeros(parts.point.size)
-    n, w, s = points.normal[:, point], points.mirror[:, point], points.shininess[point]
+    if not point.size:
+        return Integral(np.zeros(points.count), np.zeros(points.count))
+    n, w, s = columns(points.normal, point), columns(points.mirror, point), points.shininess[point]
     volume = np.abs(dot(np.cross(square.ab, square.ac, axis=0), square.p))[point]
-    for x, across in zip(nodes, weights, strict=True):
-        u = parts.u[0] + x * (parts.u[1] - parts.u[0])
+    corner = columns(square.p, point)
+    for x, across in zip(NODES, WEIGHTS, strict=True):
+        start = corner + (parts.u[0] + x * (parts.u[1] - parts.u[0])) * square.ab
         low, high = (v[0] + x * (v[1] - v[0]) for v in parts.v)
-        for y, up in zip(nodes, weights, strict=True):
-            d = square.at(point, u, low + y * (high - low))
+        for y, up in zip(NODES, WEIGHTS, strict=True):
+            d = start + (low + y * (high - low)) * square.ac
             square_length = dot(d, d)
             f = np.maximum(dot(n, d), 0.0) / square_length**2
             if lobe:

@@ -11,10 +11,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Geometry, Ints
-from nusselt.renderer.lights import Light, QuadLight
-from nusselt.renderer.vectors import Floats, column, cross, dot, unit
-from nusselt.renderer.visibility.segments import PLANE_ULPS, Blockers
+from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.lights import Light
+from nusselt.renderer.vectors import Bools, Floats, Ints, cross, dot, unit
+from nusselt.renderer.visibility.segments import Blockers
+from nusselt.renderer.watertight import PLANE_ULPS
 
 from .convex import Convex, Loop
 from .convex_decomposition import convex_pieces
@@ -70,9 +72,10 @@ class Occluders:
     ----------
     vertices : (3, v) float64
         Of all pieces.
-    center : (3, m) float64
+    center, half : (3, m) float64
+        Middles and half sides of boxes that hold them.
     radius : (m,) float64
-        Balls that hold them.
+        Of balls about the same middles.
     normals : (3, f, m) float64
     offsets, flatness : (f, m) float64
         Face planes; infinitely far where a piece has fewer faces. How far a face's vertices lie from its plane.
@@ -83,6 +86,7 @@ class Occluders:
 
     vertices: Floats
     center: Floats
+    half: Floats
     radius: Floats
     normals: Floats
     offsets: Floats
@@ -115,10 +119,10 @@ class Occluders:
         on : (f, n) bool
             Faces in whose plane the point lies to rounding.
         """
-        n = self.normals[:, :, piece]
-        height = dot(n, points[:, None]) - self.offsets[:, piece]
-        size = np.abs(points).max(axis=0) + np.abs(self.center[:, piece]).max(axis=0) + self.radius[piece]
-        room = 2 * PLANE_ULPS * size + self.flatness[:, piece]
+        n = columns(self.normals, piece)
+        height = dot(n, points[:, None]) - columns(self.offsets, piece)
+        size = np.abs(points).max(axis=0) + np.abs(columns(self.center, piece)).max(axis=0) + self.radius[piece]
+        room = 2 * PLANE_ULPS * size + columns(self.flatness, piece)
         on = np.abs(height) <= room
         agrees = dot(n, normal[:, None])
         before = height > room
@@ -151,19 +155,20 @@ def occluders(geometry: Geometry, light: Light) -> Occluders:
     faces = max((len(piece.faces) for piece in pieces), default=1)
     m = len(pieces)
     normals, offsets, flatness = np.zeros((3, faces, m)), np.full((faces, m), np.inf), np.zeros((faces, m))
-    center, radius = np.zeros((3, m)), np.zeros(m)
+    center, half, radius = np.zeros((3, m)), np.zeros((3, m)), np.zeros(m)
     for k, piece in enumerate(pieces):
         normals[:, : len(piece.faces), k], offsets[: len(piece.faces), k] = piece.planes()
         flatness[: len(piece.faces), k] = piece.flatness()
         center[:, k] = (piece.vertices.min(axis=1) + piece.vertices.max(axis=1)) / 2
         arm = piece.vertices - center[:, [k]]
-        radius[k] = np.sqrt(dot(arm, arm).max())
+        half[:, k], radius[k] = np.abs(arm).max(axis=1), np.sqrt(dot(arm, arm).max())
     counts = np.array([len(piece.triangles) for piece in pieces], dtype=np.int64)
     sizes = np.array([piece.vertices.shape[1] for piece in pieces], dtype=np.int64)
     first_vertex = np.cumsum(sizes) - sizes
     return Occluders(
         vertices=np.hstack([np.empty((3, 0)), *(piece.vertices for piece in pieces)]),
         center=center,
+        half=half,
         radius=radius,
         normals=normals,
         offsets=offsets,
@@ -178,9 +183,10 @@ def occluders(geometry: Geometry, light: Light) -> Occluders:
 
 def _before(piece: Convex, light: Light) -> list[Convex]:
     """The part of a piece before a light; a body that may hold the light, face by face."""
-    if not isinstance(light, QuadLight):
+    quad = light.parallelogram()
+    if quad is None:
         return [piece]
-    corner, ab, ac = column(light.corner), column(light.ab), column(light.ac)
+    corner, ab, ac = quad.columns
     normal = unit(-cross(unit(ab), unit(ac)))
     part = piece.in_front(normal, corner)
     if part is None:

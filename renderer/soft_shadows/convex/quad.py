@@ -19,13 +19,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Ints
-from nusselt.renderer.light_points import colour, faced_by
-from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.lights import QuadLight, colour
+from nusselt.renderer.lights.facing import faced_by
+from nusselt.renderer.lights.quad_patch import quad_patch
 from nusselt.renderer.needs import Source
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.unshadowed import quad_light, quad_patch
-from nusselt.renderer.vectors import Floats, column, dot
+from nusselt.renderer.vectors import Bools, Floats, Ints, column, dot
 
 from .candidates import Standing, portions
 from .integrals import Integral, displaced, over_arcs, over_nodes, small_lights
@@ -112,7 +112,7 @@ class QuadShadows:
         tally.add("lit", free.size)
         if free.size:
             few = points if free.size == points.count else points.take(free)
-            found.radiance[:, free], found.bound[free] = quad_light(few, self.light, self.source.glossy)
+            found.radiance[:, free], found.bound[free] = self.light.unshadowed(few, self.source.glossy)
         sampled = np.sort(np.concatenate([*left, np.empty(0, dtype=np.int64)]))
         found.bound[sampled] = np.inf
         tally.add("sampled", sampled.size)
@@ -134,9 +134,10 @@ class QuadShadows:
                 return index, np.empty(0, dtype=np.int64)
         pairs = standing.pairs(points, self.shortcuts)
         awkward = standing.awkward(points, pairs)
-        work = np.unique(pairs.point) if self.shortcuts else np.arange(index.size)
+        bodies_before = np.bincount(pairs.point, minlength=index.size)
+        work = np.flatnonzero(bodies_before) if self.shortcuts else np.arange(index.size)
         free, left = np.ones(index.size, dtype=bool), np.zeros(index.size, dtype=bool)
-        crowded = np.flatnonzero(np.bincount(pairs.point, minlength=index.size) > self.most)
+        crowded = np.flatnonzero(bodies_before > self.most)
         free[work] = False
         left[awkward], left[crowded] = True, True
         for some, portion in portions(work[~left[work]], pairs.point):
@@ -164,7 +165,7 @@ class QuadShadows:
         bent = np.zeros(points.count, dtype=bool)
         for group in bodies.rounds:
             bent[group.point] = True
-        few, kd, ks = points.take(rest), points.diffuse[:, rest], points.specular[:, rest]
+        few, kd, ks = points.take(rest), columns(points.diffuse, rest), columns(points.specular, rest)
         lambert = _integral(points, bodies, parts, small & ~bent, lobe=False).take(rest)
         value, error = kd * lambert.value, kd * lambert.error
         if self.source.glossy and points.is_glossy:

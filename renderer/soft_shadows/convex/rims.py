@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.closed_forms.circles.circles import CircleArcs
+from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.vectors import Floats, Ints
 
-from .circles import CircleArcs
 from .conics import angle
 from .sections import FINE
 from .strips import Bodies, Trapezoids
@@ -43,8 +43,8 @@ def rims(bodies: Bodies, parts: Trapezoids, few: bool) -> tuple[Arcs, list[tuple
     for side, sign in ((0, 1), (1, -1)):  # below onwards, above back
         mine = np.flatnonzero(straight[side])
         owners.append(point[mine])
-        us.append(u[::sign, mine])
-        vs.append(v[side, ::sign, mine].T)
+        us.append(columns(u, mine)[::sign])
+        vs.append(columns(v[side], mine)[::sign])
     upright = _cancelled(parts) if few else _upright(parts)
     owners.append(upright[0])
     us.append(np.stack((upright[1], upright[1])))
@@ -57,7 +57,7 @@ def rims(bodies: Bodies, parts: Trapezoids, few: bool) -> tuple[Arcs, list[tuple
 def _upright(parts: Trapezoids) -> tuple[Ints, Floats, Floats]:
     """Sides of constant u: points (k,), u (k,), and v (2, k) from and to."""
     one, two = (np.flatnonzero(parts.v[0, end] != parts.v[1, end]) for end in (1, 0))
-    v = np.hstack((parts.v[:, 1, one], parts.v[::-1, 0, two]))
+    v = np.hstack((columns(parts.v[:, 1], one), columns(parts.v[::-1, 0], two)))
     return np.concatenate((parts.point[one], parts.point[two])), np.concatenate((parts.u[1, one], parts.u[0, two])), v
 
 

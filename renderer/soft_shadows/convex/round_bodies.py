@@ -7,13 +7,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Geometry, Ints
-from nusselt.renderer.light_points import hull
-from nusselt.renderer.lights import Light, QuadLight
-from nusselt.renderer.vectors import Floats, column, cross, dot, transform, unit
-from nusselt.renderer.visibility.segments import PLANE_ULPS
+from nusselt.renderer.closed_forms.circles.cones import Rounds, ellipsoids, spheres
+from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.lights import Light
+from nusselt.renderer.vectors import Bools, Floats, Ints, dot, transform, unit
+from nusselt.renderer.watertight import PLANE_ULPS
 
-from .circle_cones import Rounds, ellipsoids, spheres
 from .occluders import ALONG, BEHIND, INSIDE, TOUCHING
 
 
@@ -58,10 +58,10 @@ class RoundBodies:
         outward : (3, q) float64
         """
         inverse = self.inverse[body]
-        local = np.einsum("qij,jq->iq", inverse, points - self.center[:, body])
+        local = np.einsum("qij,jq->iq", inverse, points - columns(self.center, body))
         outward = unit(np.einsum("qji,jq->iq", inverse, local))
         square = dot(local, local)
-        coordinates = np.abs(points).max(axis=0) + np.abs(self.center[:, body]).max(axis=0)
+        coordinates = np.abs(points).max(axis=0) + np.abs(columns(self.center, body)).max(axis=0)
         room = 4 * PLANE_ULPS * (1 + coordinates * np.abs(inverse).sum(axis=2).max(axis=1))
         on = own | (np.abs(square - 1) <= room)
         agrees = dot(outward, normal)
@@ -78,9 +78,9 @@ class RoundBodies:
             if mine.size:
                 b = body[mine]
                 if kind:
-                    groups.append(spheres(points, point[mine], self.center[:, b], self.reach[b]))
+                    groups.append(spheres(points, point[mine], columns(self.center, b), self.reach[b]))
                 else:
-                    groups.append(ellipsoids(points, point[mine], self.center[:, b], self.inverse[b]))
+                    groups.append(ellipsoids(points, point[mine], columns(self.center, b), self.inverse[b]))
         return groups
 
 
@@ -93,12 +93,13 @@ def round_bodies(geometry: Geometry, light: Light) -> RoundBodies:
     count, axes = geometry.ellipsoids, geometry.axes
     sizes = np.linalg.svd(axes, compute_uv=False).reshape(count, 3)
     behind, awkward = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
-    if isinstance(light, QuadLight) and count:
-        normal = unit(-cross(column(light.ab), column(light.ac)))
-        height = dot(normal, geometry.center - column(light.corner))
+    plane = light.plane()
+    if plane is not None and count:
+        normal, place = plane
+        height = dot(normal, geometry.center - place)
         reach = np.sqrt((np.einsum("eij,i->ej", axes, normal[:, 0]) ** 2).sum(axis=1))
         behind, awkward = height <= -reach, np.abs(height) < reach
-        corners, _ = hull(light)
+        corners = light.hull()
         for k in range(count):
             local = transform(geometry.inverse[k], corners - geometry.center[:, [k]])
             awkward[k] |= bool((dot(local, local) < 1).any())

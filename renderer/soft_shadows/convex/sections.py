@@ -9,14 +9,14 @@ space coincides here to that rounding.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
 
 from nusselt.renderer.closed_forms import double_double as dd
-from nusselt.renderer.geometry.arrays import Bools, Ints
-from nusselt.renderer.vectors import Floats, cross, dot
+from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.vectors import Bools, Floats, Ints, cross, dot
 
 NO_LINE = -1
 
@@ -56,12 +56,12 @@ class Square:
 
     def at(self, point: Ints, u: Floats, v: Floats) -> Floats:
         """Directions (3, k) to places (u, v) from the points (k,)."""
-        return self.p[:, point] + u * self.ab + v * self.ac
+        return columns(self.p, point) + u * self.ab + v * self.ac
 
     def place(self, point: Ints, d: Floats) -> tuple[Floats, Floats]:
         """Where directions (3, k) meet the light's plane; nan where they do not."""
         n = cross(self.ab, self.ac)
-        p = self.p[:, point]
+        p = columns(self.p, point)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             ahead = dot(n, p) / dot(n, d)
             q = np.where(ahead > 0, d * ahead - p, np.nan)
@@ -89,28 +89,28 @@ class Square:
         vague = self._vague(lines)
         if vague.size:
             of = kept[vague]
-            corners = vertices[..., of]
-            arms = dd.two_sum(corners, -points[:, None, of])
+            corners = columns(vertices, of)
+            arms = dd.two_sum(corners, -columns(points[:, None], of))
             sides = dd.two_sum(np.roll(corners, -1, axis=1), -corners)
             self._mend(lines, vague, dd.cross(arms, sides))
-        return lines
+        return lines.reaching()
 
     def lines(self, planes: Floats, point: Ints) -> Lines:
         """Lines of planes (3, k, q) of unit normals through the points (q,), of those that may matter."""
         lines, kept = self._rounded(planes, np.ones(planes.shape[1:]), point)
         vague = self._vague(lines)
         if vague.size:
-            self._mend(lines, vague, dd.exact(planes[..., kept[vague]]))
-        return lines
+            self._mend(lines, vague, dd.exact(columns(planes, kept[vague])))
+        return lines.reaching()
 
     def _rounded(self, plane: Floats, room: Floats, point: Ints) -> tuple[Lines, Ints]:
         """Lines in float64 of planes (3, k, q) that are products of the size ``room`` (k, q); and which are kept."""
-        p = self.p[:, point]
+        p = columns(self.p, point)
         a, b, c = dot(plane, self.ab[..., None]), dot(plane, self.ac[..., None]), dot(plane, p[:, None])
         reach = np.maximum(np.abs(p).max(axis=0), max(np.abs(self.ab).max(), np.abs(self.ac).max()))
         beyond = c + np.maximum(a, 0) + np.maximum(b, 0) < -4 * ROUNDING * room * reach
         kept = np.flatnonzero(~beyond.any(axis=0))
-        point, plane, a, b, c, room = point[kept], plane[..., kept], a[:, kept], b[:, kept], c[:, kept], room[:, kept]
+        point, plane, a, b, c, room = (columns(v, kept) for v in (point, plane, a, b, c, room))
         length = np.sqrt(dot(plane, plane))
         with np.errstate(divide="ignore", invalid="ignore"):
             turn = np.where(length > 0, room / length, np.where((room > 0) & (a != 0), np.inf, 0.0)).max(axis=0)
@@ -127,7 +127,7 @@ class Square:
         """The same of planes in double-double, for the lines of some pairs (k,)."""
         point = lines.point[index]
         ab, ac = (dd.exact(v[:, :, None]) for v in (self.ab, self.ac))
-        p = self.p[:, None, point], self.low[:, None, point]
+        p = columns(self.p[:, None], point), columns(self.low[:, None], point)
         a, b, c = (dd.value(dd.dot(plane, v)) for v in (ab, ac, p))
         size = np.maximum(np.maximum(np.abs(a), np.abs(b)), np.abs(c))
         size += size == 0
@@ -186,8 +186,7 @@ class HalfPlanes:
 
     def take(self, index: Ints) -> HalfPlanes:
         """Some of the pairs, in order."""
-        a, b, c = (v[:, index] for v in (self.a, self.b, self.c))
-        return HalfPlanes(self.point[index], self.planes[..., index], a, b, c, self.place[index], self.blocks[index])
+        return HalfPlanes(*(columns(getattr(self, f.name), index) for f in fields(self)))
 
     def interval(self, pair: Ints, u: Floats) -> tuple[Floats, Floats, Ints, Ints]:
         """What regions (m,) hide at u (m,): from v = lo to hi, and the lines (m,) that bound it; NO_LINE for none.
@@ -209,33 +208,36 @@ class HalfPlanes:
 
     def segments(self) -> tuple[Ints, Ints, Floats, Floats]:
         """The lines' parts on their regions' rim and in the square: pair and line (m,), ends u, v (2, m)."""
-        lines, q = self.a.shape
-        there = (self.a != 0) | (self.b != 0)
-        steep = np.abs(self.a) > np.abs(self.b)  # then v is the parameter, else u
-        with np.errstate(divide="ignore", invalid="ignore"):
-            slope = np.where(there, np.where(steep, -self.b / self.a, -self.a / self.b), 0.0)
-            base = np.where(there, np.where(steep, -self.c / self.a, -self.c / self.b), 0.0)
-        first, last = np.zeros((lines, q)), np.where(there, 1.0, -1.0)
-        limits = [(slope, base), (-slope, 1 - base)]
-        for k in range(lines):
-            along = np.where(steep, self.b[k] + self.a[k] * slope, self.a[k] + self.b[k] * slope)
-            rest = np.where(steep, self.a[k] * base, self.b[k] * base) + self.c[k]
-            own = np.arange(lines)[:, None] == k
-            limits.append((np.where(own, 0.0, along), np.where(own, 0.0, rest)))
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            for along, rest in limits:
-                cut = -rest / along
-                first = np.where(along > ROUND, np.maximum(first, cut), first)
-                last = np.where(along < -ROUND, np.minimum(last, cut), last)
-                last = np.where((np.abs(along) <= ROUND) & (rest < -ROUND), -1.0, last)
-        line, pair = np.nonzero(first <= last)
-        t = np.stack((first[line, pair], last[line, pair]))
-        other = slope[line, pair] * t + base[line, pair]
-        steep = steep[line, pair]
+        line, pair = np.nonzero((self.a != 0) | (self.b != 0))
+        a, b, c = (v[line, pair] for v in (self.a, self.b, self.c))
+        steep = np.abs(a) > np.abs(b)  # then v is the parameter, else u
+        most = np.where(steep, a, b)
+        slope, base = -np.where(steep, b, a) / most, -c / most
+        along_u, along_v = np.where(steep, slope, 1.0), np.where(steep, 1.0, slope)
+        base_u, base_v = np.where(steep, base, 0.0), np.where(steep, 0.0, base)
+        ends = np.zeros(line.size), np.ones(line.size)
+        _limit(slope, base, *ends)
+        _limit(-slope, 1 - base, *ends)
+        for k in range(self.a.shape[0]):  # its own line limits none
+            a, b, c = self.a[k, pair], self.b[k, pair], self.c[k, pair]
+            _limit(a * along_u + b * along_v, a * base_u + b * base_v + c, *ends)
+        there = np.flatnonzero(ends[0] <= ends[1])
+        t, line, pair, steep = columns(np.stack(ends), there), line[there], pair[there], steep[there]
+        other = slope[there] * t + base[there]
         u, v = np.clip(np.where(steep, other, t), 0.0, 1.0), np.clip(np.where(steep, t, other), 0.0, 1.0)
         # What runs along v = 0 or 1 parts nothing, and does not tell how far a region reaches.
         inner = np.flatnonzero((v.max(axis=0) > ROUND) & (v.min(axis=0) < 1 - ROUND))
-        return pair[inner], line[inner], u[:, inner], v[:, inner]
+        return pair[inner], line[inner], columns(u, inner), columns(v, inner)
+
+
+def _limit(along: Floats, rest: Floats, first: Floats, last: Floats) -> None:
+    """Cut lines first <= t <= last, in [0, 1], to where along t + rest >= 0."""
+    enters, leaves = along > ROUND, along < -ROUND
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        cut = -rest / along
+    np.maximum(first, np.where(enters, cut, 0.0), out=first)
+    np.minimum(last, np.where(leaves, cut, 1.0), out=last)
+    last[(rest < -ROUND) & ~(enters | leaves)] = -1.0
 
 
 ROUNDING = 12 * 2.0**-53
@@ -258,6 +260,16 @@ class Lines:
     place: Floats
     blocks: bool = True
 
+    def reaching(self) -> Lines:
+        """Those of regions of which more than rounding lies in the square: bodies may abut the light."""
+        a, b = self.a, self.b
+        beyond = (self.c + np.maximum(a, 0) + np.maximum(b, 0) <= ROUND) & ((a != 0) | (b != 0))
+        kept = np.flatnonzero(~beyond.any(axis=0))
+        if kept.size == self.point.size:
+            return self
+        a, b, c = (columns(v, kept) for v in (a, b, self.c))
+        return Lines(self.point[kept], columns(self.planes, kept), a, b, c, self.place[kept], self.blocks)
+
 
 def gathered(parts: list[Lines]) -> HalfPlanes:
     """Regions of any numbers of lines as one, by point."""
@@ -268,7 +280,7 @@ def gathered(parts: list[Lines]) -> HalfPlanes:
         return np.concatenate((v, np.zeros((*v.shape[:-2], widest - v.shape[-2], v.shape[-1]))), axis=-2)
 
     def whole(name: str, empty: Floats) -> Floats:
-        return np.concatenate([empty, *(padded(getattr(part, name)) for part in parts)], axis=-1)[..., order]
+        return columns(np.concatenate([empty, *(padded(getattr(part, name)) for part in parts)], axis=-1), order)
 
     point = np.concatenate([np.empty(0, dtype=np.int64), *(part.point for part in parts)])[order]
     flat = np.zeros((widest, 0))

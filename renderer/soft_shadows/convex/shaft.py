@@ -6,13 +6,35 @@ of its planes hides nothing from any of the points.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Ints
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Floats, Ints, dot
 
 ROOM = 1e-9
 """How far outside, relative to the sizes, a piece must be: rounding never drops one."""
+ROUNDING = 64 * 2.0**-53
+"""What a plane of three products of coordinates may be off, relative to the largest, counted."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What holds bodies, each: balls and boxes about the same middles.
+
+    Parameters
+    ----------
+    center, half : (3, m) float64
+        The boxes' middles and half sides.
+    radius : (m,) float64
+    beyond : float
+        Largest coordinate of the light.
+    """
+
+    center: Floats
+    half: Floats
+    radius: Floats
+    beyond: float
 
 
 def shaft_planes(points: Floats, light: Floats) -> tuple[Floats, Floats]:
@@ -46,15 +68,23 @@ def in_shaft(center: Floats, radius: Floats, n: Floats, d: Floats) -> Ints:
     return np.flatnonzero(~(dot(n[:, :, None], center[:, None]) - d[:, None] > far).any(axis=0))
 
 
-def reaching(center: Floats, radius: Floats, points: Floats, planes: Floats) -> tuple[Ints, Ints]:
-    """Pairs (point, ball), ascending in point, whose ball reaches the inner side of all planes (3, p, n)."""
-    length = np.sqrt(dot(planes, planes))
+def reaching(bounds: Bounds, points: Floats, planes: Floats) -> tuple[Ints, Ints]:
+    """Pairs (point, body), ascending in point, whose ball and box reach the inner side of all planes (3, p, n).
+
+    The planes hold products of the points' and the light's coordinates: rounding may turn them by as much.
+    """
+    length, turned = np.sqrt(dot(planes, planes)), np.abs(planes)
     base = dot(planes, points[:, None])
-    size = np.abs(points).max(initial=0) + np.abs(center).max(initial=0)
-    reaches = np.ones((points.shape[1], radius.size), dtype=bool)
+    size = np.abs(points).max(initial=0) + np.abs(bounds.center).max(initial=0) + bounds.radius.max(initial=0)
+    size += bounds.beyond
+    center, half = bounds.center.T, bounds.half.T
+    reaches = np.ones((bounds.radius.size, points.shape[1]), dtype=bool)
     for k in range(planes.shape[1]):
-        height = planes[:, k].T @ center
-        height -= base[k][:, None]
-        reaches &= height > -length[k][:, None] * (radius + ROOM * size)
-    point, ball = np.nonzero(reaches)
-    return point, ball
+        height = center @ planes[:, k]
+        height -= base[k]
+        extent = np.minimum(half @ turned[:, k], bounds.radius[:, None] * length[k])
+        extent += length[k] * (ROOM * size) + ROUNDING * size**3
+        height += extent
+        reaches &= height > 0
+    point, body = np.nonzero(reaches.T)
+    return point, body

@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Bools, Ints
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.closed_forms.circles.pairing import columns, joined
+from nusselt.renderer.vectors import Bools, Floats, Ints
 
 from .breaks import conic_crossings, line_crossings
 from .conics import Conics
-from .pairing import joined
 from .sections import FINE, NO_LINE, ROUND, HalfPlanes, Square
 
 BOTTOM, TOP = -1, -2
@@ -53,7 +52,8 @@ class Trapezoids:
 
     def take(self, index: Ints) -> Trapezoids:
         """Some of them."""
-        return Trapezoids(self.point[index], self.u[:, index], self.v[..., index], self.curve[:, index], self.lit)
+        u, v, curve = (columns(w, index) for w in (self.u, self.v, self.curve))
+        return Trapezoids(self.point[index], u, v, curve, self.lit)
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,7 @@ def _reaching(bodies: Bodies) -> tuple[Bodies, _Ends]:
     number = np.full(flats.count, -1)
     number[there] = np.arange(there.size)
     kept = np.flatnonzero(number[pair] >= 0)
-    ends = _Ends(number[pair[kept]], line[kept], u[:, kept], v[:, kept], low[there], high[there])
+    ends = _Ends(number[pair[kept]], line[kept], columns(u, kept), columns(v, kept), low[there], high[there])
     return replace(bodies, flats=flats.take(there)), ends
 
 
@@ -256,7 +256,7 @@ def _shaped(bodies: Bodies, point: Ints, u: Floats, curve: Ints, lit: Bools) -> 
         v[side][:, which == BOTTOM], v[side][:, which == TOP] = 0.0, 1.0
         k, pair = np.divmod(which[line], max(flats.count, 1))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            v[side][:, line] = -(flats.a[k, pair] * u[:, line] + flats.c[k, pair]) / flats.b[k, pair]
+            v[side][:, line] = -(flats.a[k, pair] * columns(u, line) + flats.c[k, pair]) / flats.b[k, pair]
         for group, first, _ in bodies.curved():
             bend = np.flatnonzero((which >= first) & (which < first + group.point.size))
             pair = which[bend] - first

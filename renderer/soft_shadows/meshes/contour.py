@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Ints
 from nusselt.renderer.geometry.ragged import take
-from nusselt.renderer.vectors import Floats, cross, dot
+from nusselt.renderer.vectors import Floats, Ints, cross, dot
 
 from .light_frame import Candidates, LightFrame
 

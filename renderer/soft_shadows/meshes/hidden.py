@@ -8,10 +8,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Ints
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.needs import Source
-from nusselt.renderer.vectors import Floats, column, dot
+from nusselt.renderer.vectors import Floats, Ints, column, dot
 from nusselt.renderer.visibility.bvh import morton
 from nusselt.renderer.visibility.shared_points import CommonVisibility
 from nusselt.renderer.visibility.silhouette import Outline
@@ -38,10 +37,10 @@ def shines_clear(source: Source) -> bool:
     """Whether there is nothing in a quad light's way, or a closed surface wholly on its shining side."""
     if source.blockers.hierarchy is None:
         return True
-    outline = CommonVisibility.of(source).outline
-    if outline is None or not isinstance(source.light, QuadLight):
+    outline, light = CommonVisibility.of(source.blockers, source.light).outline, source.light.parallelogram()
+    if outline is None or light is None:
         return False
-    frame = LightFrame.of(source.light)
+    frame = LightFrame.of(light)
     return bool(min(frame.point(ends)[2].min(initial=1) for ends in (outline.start, outline.end)) > 0)
 
 
@@ -72,20 +71,20 @@ def hidden_irradiance(
     ValueError
         If the source is not of that kind.
     """
-    view = CommonVisibility.of(source)
-    if view.outline is None or not isinstance(source.light, QuadLight):
+    view, light = CommonVisibility.of(source.blockers, source.light), source.light.parallelogram()
+    if view.outline is None or light is None:
         raise ValueError("a quad light and a closed surface before it are needed")
     if not shines_clear(source):
         raise ValueError("the surface reaches behind the light")
     out = np.zeros((2, x.shape[1]))
-    own = LightFrame.of(source.light)
+    own = LightFrame.of(light)
     height = dot(n[:, None, :], own.rim[:, :, None] - x[:, None, :])
     highest = np.where((height.max(axis=0) > 0) & (own.point(x)[2] > 0), height.argmax(axis=0), -1)
     for corner in np.unique(highest[highest >= 0]).tolist():
         # The rim is walked from the corner that is highest over the point's horizon.
         k = np.flatnonzero(highest == corner)
         around = None if outside is None else outside[k]
-        out[:, k] = _from_corner(view, LightFrame.turned(source.light, corner), x[:, k], n[:, k], around)
+        out[:, k] = _from_corner(view, LightFrame.turned(light, corner), x[:, k], n[:, k], around)
     return out[0], out[1]
 
 

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import Ints
 from nusselt.renderer.geometry.ragged import take
 from nusselt.renderer.lights import QuadLight
-from nusselt.renderer.vectors import Floats, column, cross, dot, transform, unit
+from nusselt.renderer.vectors import Floats, Ints, column, cross, dot, transform, unit
 from nusselt.renderer.visibility.silhouette import Outline
 
 

@@ -12,11 +12,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Ints
 from nusselt.renderer.geometry.ragged import take
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats, Ints
 
 
 @dataclass(frozen=True)
@@ -124,8 +122,6 @@ def change(right: Ints, step: Ints) -> Ints:
 BANDS = (1, 6, 24, 96, 384)
 """Try after try for groups with crossings out of turn: one part in eight the first time, one in a hundred the third, at
 last those where three pieces meet in one point, to rounding."""
-
-Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Ints
 from nusselt.renderer.geometry.ragged import expand, take
-from nusselt.renderer.vectors import Floats, column, dot
+from nusselt.renderer.vectors import Floats, Ints, column, dot
 
 from .contour import Pieces, Rim, above_horizon, edge_terms
 from .light_frame import LightFrame

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nusselt.renderer.geometry.ragged import expand, take
-from nusselt.renderer.vectors import Floats, column, cross, dot
+from nusselt.renderer.vectors import Bools, Floats, column, cross, dot
 
 from .contour import HORIZON, Pieces
 from .light_frame import Candidates, LightFrame
 from .overlap import GRID
-
-Bools = NDArray[np.bool_]
 
 EPS = 2.0**-52
 

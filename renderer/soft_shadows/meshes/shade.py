@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from nusselt.renderer.closed_forms.irradiance import irradiance
-from nusselt.renderer.light_points import colour, faced_by
-from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.lights import colour
+from nusselt.renderer.lights.facing import faced_by
 from nusselt.renderer.needs import Source
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, column
+from nusselt.renderer.vectors import Floats
 from nusselt.renderer.visibility.shared_points import outline_of
 
 from .hidden import hidden_irradiance, shines_clear
@@ -21,7 +21,7 @@ from .rounding import EPS
 def why_not(source: Source) -> str:
     """What keeps silhouettes from telling all of a light's shadows; empty if they do."""
     b = source.blockers
-    if not isinstance(source.light, QuadLight):
+    if source.light.parallelogram() is None:
         return "it is no quad"
     if b.hierarchy is None:
         return "no big mesh stands before it"
@@ -29,8 +29,9 @@ def why_not(source: Source) -> str:
         return "shadow rays are to start off the surface"
     if source.glossy:
         return "a surface is glossy"
-    if b.loose.size or b.ellipsoids.size:
-        return f"{b.loose.size + b.ellipsoids.size} other surfaces stand before it"
+    others = b.loose.size + b.ellipsoids.size + b.disks.size
+    if others:
+        return f"{others} other surfaces stand before it"
     found, reason = outline_of(b.geometry, b.hierarchy, source.light)
     if found is None:
         return f"its big mesh does not bound a body: {reason}"
@@ -52,16 +53,15 @@ def mesh_radiance(points: ShadingPoints, source: Source) -> tuple[Floats, Floats
         Of its absolute error, in units of what it would be without the mesh: rounding, all of it. 1 where rounding
         decides on which side of a face the point is.
     """
-    light = source.light
-    if not isinstance(light, QuadLight):
+    light = source.light.parallelogram()
+    if light is None:
         raise TypeError("a quad light is needed")
     out, bound = np.zeros_like(points.position), np.zeros(points.count)
     if points.count == 0:
         return out, bound
     x, n = points.position, points.normal
     whole, relative = irradiance(x, n, light.corner, light.ab, light.ac)
-    corner, ab, ac = (column(v) for v in (light.corner, light.ab, light.ac))
-    lit = np.flatnonzero((whole > 0) & faced_by(corner, ab, ac, x))
+    lit = np.flatnonzero((whole > 0) & faced_by(*light.columns, x))
     if lit.size:
         x, n, whole, relative = x[:, lit], n[:, lit], whole[lit], relative[lit]
         lost, error = hidden_irradiance(source, x, n, points.outside[lit])

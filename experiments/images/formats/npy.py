@@ -1,0 +1,55 @@
+"""NPY: arrays of NumPy's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nusselt.renderer.vectors import Floats
+
+from .raw import Format, Raw, refuse, three_channels
+
+
+def read_npy(path: Path, width: int, height: int) -> Raw:
+    """An array (h, w, 3), (3, h, w) or (h, w): floating point is radiance, uint8 and uint16 are levels.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        values = np.load(path, allow_pickle=False, mmap_mode="r")
+        if not isinstance(values, np.ndarray):
+            raise ValueError("an archive of several arrays")
+    except Exception as error:  # whatever numpy's parser of Python text raises
+        told = " ".join(str(error).split())[:60]
+        raise refuse(path, f"damaged NPY ({told})", "one array, without pickled objects") from error
+    return raw_of_array(path, values, width, height)
+
+
+def raw_of_array(path: Path, values: np.ndarray[Any, Any], width: int, height: int) -> Raw:
+    """An array (h, w, 3), (3, h, w) or (h, w), from a file or from anywhere that ``path`` names.
+
+    Raises
+    ------
+    InputError
+    """
+    if values.dtype.kind != "f" and values.dtype.str[1:] not in ("u1", "u2"):
+        raise refuse(path, f"numbers of type {values.dtype}", "floating point, uint8 or uint16")
+    if values.ndim == 3 and values.shape == (3, height, width) and values.shape[2] not in (3, 4):
+        values = values.transpose(1, 2, 0)
+    if values.ndim not in (2, 3) or values.shape[:2] != (height, width):
+        raise refuse(path, f"an array of shape {values.shape}", f"shape ({height}, {width}, 3): the scene's size")
+    kind = np.float64 if values.dtype.kind == "f" else values.dtype.newbyteorder("=")
+    return three_channels(path, np.array(values, dtype=kind))
+
+
+def write_npy(path: Path, radiance: Floats) -> None:
+    """Radiance (c, h, w) as float64 (h, w, c)."""
+    with path.open("wb") as stream:
+        np.save(stream, np.ascontiguousarray(radiance.transpose(1, 2, 0)), allow_pickle=False)
+
+
+NPY = Format(".npy", read_npy, write_npy)

@@ -1,0 +1,66 @@
+"""Is the mean right? The pooled bias, which decides: its interval holds the noise of both sides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nusselt.experiments.verdict.evidence import ROUNDING, Evidence
+from nusselt.experiments.verdict.intervals import pooled_bias
+from nusselt.experiments.verdict.rule import Finding
+from nusselt.renderer.vectors import Floats
+
+from .normality import is_doubtful
+
+POWER = 0.99
+"""With which the smallest detectable bias is found."""
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Fails where the whole interval lies outside the margin, objects where it lies across its end."""
+
+    name: str = "mean"
+    share: float = 6.0
+
+    def __call__(self, evidence: Evidence, level: float) -> Finding:
+        ours, scale, margin = evidence.ours, evidence.scale, evidence.margin
+        our_passes = ours.passes if ours.by_passes else None
+        bias = pooled_bias(evidence.difference, ours.grey_variance, evidence.reference.passes, our_passes)
+        reach = bias.half_width(level, normal=~is_doubtful(evidence)) / scale + ROUNDING
+        relative = bias.value / scale
+        figures = {
+            "reference_mean": evidence.reference_mean,
+            "bias": bias.value,
+            "bias_relative": relative,
+            "bias_interval": np.stack((relative - reach, relative + reach), axis=-1),
+            "bias_relative_standard_error": bias.standard_error / scale,
+            "bias_relative_freedom": bias.freedom,
+            "minimum_detectable_bias": margin + reach + bias.reserve(POWER) / scale,
+        }
+        return of_interval(relative - reach, relative + reach, margin, figures)
+
+
+def of_interval(low: Floats, high: Floats, margin: float, figures: dict[str, Floats] | None = None) -> Finding:
+    """What intervals (b,) of the relative bias say."""
+    outside = (low > margin) | (high < -margin)
+    inside = (-margin <= low) & (high <= margin)
+    more = _more(low, high, margin)
+
+    def say(k: int) -> str:
+        where = f"the bias lies in [{low[k]:+.3%}, {high[k]:+.3%}]"
+        if outside[k] or inside[k]:
+            return f"{where}, {'outside' if outside[k] else 'inside'} the margin of {margin:.3%}"
+        if np.isinf(more[k]):
+            return f"{where}: it sits on the margin; declare another margin"
+        return f"{where}: about {more[k]:.0f} times the samples would decide"
+
+    return Finding(outside, say, ~(outside | inside), more, figures or {})
+
+
+def _more(low: Floats, high: Floats, margin: float) -> Floats:
+    """How many times the samples would decide, if the bias is what it seems."""
+    half, room = (high - low) / 2, np.abs(margin - np.abs(low + high) / 2)
+    factor = 1.3 * np.divide(half, room, out=np.full(half.shape, np.inf), where=room > 0) ** 2
+    return np.where(factor <= 1e4, np.maximum(2.0, np.ceil(factor)), np.inf)

@@ -1,0 +1,25 @@
+"""Where light comes from: one kind a file, each in its own units; frozen, validated. See `protocol` to add one."""
+
+from __future__ import annotations
+
+from nusselt.renderer.vectors import Floats, column
+
+from .directional import DirectionalLight
+from .disk import DiskLight
+from .point import PointLight
+from .protocol import Light, check_kind
+from .quad import QuadLight
+from .sun import SunLight
+
+LIGHTS: tuple[type[Light], ...] = (QuadLight, PointLight, DirectionalLight, SunLight, DiskLight)
+"""Every kind, once."""
+
+for _kind in LIGHTS:
+    check_kind(_kind)
+
+__all__ = ["LIGHTS", "DirectionalLight", "DiskLight", "Light", "PointLight", "QuadLight", "SunLight", "colour"]
+
+
+def colour(light: Light) -> Floats:
+    """What the weights of a light's beams multiply, (3, 1)."""
+    return column(light.colour)

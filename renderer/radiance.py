@@ -1,0 +1,30 @@
+"""The rendering equation of direct light, once: what every source sends to the eye, summed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+
+from .estimators.protocol import Estimator
+from .needs import Needs, Source
+from .shading import ShadingPoints
+from .vectors import Floats
+
+Rule: TypeAlias = Callable[[ShadingPoints, Source], Floats]
+"""Reflected radiance (3, n) of points due to one source."""
+
+
+def reflected(points: ShadingPoints, needs: Needs, rule: Rule) -> Floats:
+    """Reflected radiance (3, n), W m^-2 sr^-1: a rule's shares of all sources, each with what may block it here."""
+    out = np.zeros((3, points.count))
+    for source in needs.sources:
+        out += rule(points, source.seen_from(points.position))
+    return out
+
+
+def still(estimator: Estimator) -> Rule:
+    """An estimator without noise as a rule: its random numbers are not used."""
+    unused = np.random.default_rng(0)
+    return lambda points, source: estimator(points, source, unused)
