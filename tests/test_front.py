@@ -223,3 +223,18 @@ def test_a_script_without_a_guard_is_not_run_again_by_workers(tmp_path, call, sa
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True, timeout=60)
     assert done.stdout.splitlines() == [said]
     assert ('if __name__ == "__main__":' in done.stderr) == (said == "in one process")
+
+
+def test_every_option_is_of_some_way_of_checking_and_of_the_call():
+    """One that is in no mode could never be used; one that the command has and the call has not is told here."""
+    import inspect
+
+    from nusselt.experiments.check.request import MODES
+    from nusselt.experiments.cli.check import command
+
+    of_modes = set().union(*(mode.options for mode in MODES)) - {"images"}
+    assert {parameter.name for parameter in command.params} == of_modes
+    of_call = inspect.signature(nusselt.check).parameters.keys() - {"images"}
+    of_commands_alone = {"classic", "until_decided", "budget", "cluster", "out", "target", "csv", "junit", "summary"}
+    assert of_modes - of_call == of_commands_alone
+    assert of_call <= of_modes
