@@ -7,6 +7,8 @@ import os
 import re
 import signal
 import threading
+import time
+import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -15,6 +17,10 @@ from typing import Any
 
 from nusselt.renderer.errors import InputError
 
+from .main_script import portable, unguarded
+
+PATIENCE = 1.0
+"""Seconds of work on images that are done here before workers are started: about what starting them takes."""
 LIVES = 3
 """Deaths in a row, with no work finished between them, that are taken for the work's own doing."""
 
@@ -135,8 +141,8 @@ def cluster(address: str) -> Iterator[Executor]:
     try:
         from distributed import Client
     except ImportError as error:
-        raise InputError("--cluster", address, "the package distributed: pip install 'nusselt[cluster]'") from error
-    wrong = InputError("--cluster", address, "the address of a running Dask scheduler (tcp://host:8786)")
+        raise InputError("cluster", address, "the package distributed: pip install 'nusselt[cluster]'") from error
+    wrong = InputError("cluster", address, "the address of a running Dask scheduler (tcp://host:8786)")
     if not re.fullmatch(r"[a-z]+://\S+:\d+", address):
         raise wrong
     try:
@@ -148,9 +154,71 @@ def cluster(address: str) -> Iterator[Executor]:
         yield client.get_executor(pure=False, retries=LIVES)
 
 
+class PatientPool(Executor):
+    """Work is done here until there has been more than some seconds of it; only then are workers started.
+
+    A small image never waits for processes that take longer to start than it takes to render.
+
+    Parameters
+    ----------
+    count : int
+        Workers.
+    patience : float
+        Seconds.
+    """
+
+    def __init__(self, count: int, patience: float) -> None:
+        self._count, self._patience, self._spent = count, patience, 0.0
+        self._pool: SturdyPool | None = None
+        self._here = False
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Schedule a call, or make it here and now."""
+        workers = self._workers() if portable((fn, *args)) else None
+        if workers is not None:
+            return workers.submit(fn, *args, **kwargs)
+        started = time.perf_counter()
+        future = _made_here(fn, args, kwargs)
+        self._spent += time.perf_counter() - started
+        return future
+
+    def _workers(self) -> SturdyPool | None:
+        """The workers, started once there has been enough work; None where there are none, or there must be none."""
+        if self._pool is None and not self._here and self._spent >= self._patience:
+            problem = unguarded()
+            if problem:
+                warnings.warn(problem, stacklevel=3)
+                self._here = True
+            else:
+                self._pool = SturdyPool(self._count)
+        return self._pool
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the workers, if there are any."""
+        if self._pool is not None:
+            self._pool.shutdown(wait=wait, cancel_futures=cancel_futures)
+
+
+def _made_here(fn: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> Future[Any]:
+    future: Future[Any] = Future()
+    try:
+        future.set_result(fn(*args, **kwargs))
+    except Exception as error:  # the caller's, when it asks for the result
+        future.set_exception(error)
+    return future
+
+
 @contextmanager
-def worker_pool(address: str | None = None) -> Iterator[Executor | None]:
-    """An executor over all cores, or over a Dask cluster; None on a single core, where it would only cost."""
+def worker_pool(address: str | None = None, patience: float = 0.0) -> Iterator[Executor | None]:
+    """An executor over all cores, or over a Dask cluster; None on a single core, where it would only cost.
+
+    Parameters
+    ----------
+    address : str, optional
+        Of a Dask scheduler.
+    patience : float
+        Seconds of work that are done here before workers are started; for images, whose tiles are small.
+    """
     if address is not None:
         with cluster(address) as remote:
             yield remote
@@ -159,7 +227,7 @@ def worker_pool(address: str | None = None) -> Iterator[Executor | None]:
     if count == 1:
         yield None
         return
-    pool = SturdyPool(count)
+    pool = PatientPool(count, patience)
     try:
         yield pool
     finally:

@@ -15,7 +15,8 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.visibility.ray_offset import RayOffset
 
-from .description import SIZE, extent
+from .description import extent
+from .lights import SIZE
 from .llvm import Backend, backend
 from .reference import ask
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from nusselt.renderer.ambiguous_pixels import Tolerance
 from nusselt.renderer.scene import Scene
 
-from .description import SIZE, extent
+from .description import extent
+from .lights import SIZE
 
 ANGLE = 2e-6
 """Radians: sensor rays were found within 5.7e-7 of the formula, hit points within 1e-6 of the scene's size."""

@@ -19,7 +19,8 @@ from pathlib import Path
 import numpy as np
 from builders import box, floor, lamp, scene
 
-from nusselt.experiments.check.check import Progress, Question, References, check
+from nusselt.experiments.check.check import Progress, References, check
+from nusselt.experiments.check.question import Question
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.estimators import ControlVariate
 from nusselt.renderer.image import render

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 from nusselt.experiments.check.references import Cache, read_reference, write_reference
 from nusselt.experiments.cli.main import main
-from nusselt.experiments.external.program import Program, ProgramFailed, Renderer
+from nusselt.experiments.external.program import Program, ProgramFailed, ProgramRenderer
 from nusselt.experiments.images.write import write_image
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.errors import InputError
@@ -49,7 +49,7 @@ WRITE = "import sys, numpy as np; np.save(sys.argv[1], np.full((36, 48, 3), floa
 
 
 def test_a_program_is_run_with_its_words_filled_in(room):
-    with Renderer(call(WRITE), ROOM, str(room)) as renderer:
+    with ProgramRenderer(call(WRITE), ROOM, str(room)) as renderer:
         run_ = renderer.run(9, 5)
     assert run_.raw.values.mean() == 5
     assert run_.seconds > 0
@@ -65,7 +65,7 @@ def test_a_program_is_run_with_its_words_filled_in(room):
     ],
 )
 def test_a_program_that_fails_is_one_sentence(room, script, said):
-    with Renderer(call(script), ROOM, str(room)) as renderer, pytest.raises(ProgramFailed, match=said):
+    with ProgramRenderer(call(script), ROOM, str(room)) as renderer, pytest.raises(ProgramFailed, match=said):
         renderer.run(9, 1)
 
 
@@ -77,7 +77,7 @@ def test_a_program_that_hangs_is_ended_with_all_it_started(room, tmp_path):
     path.write_text(script)
     started = time.monotonic()
     program = Program(f"{PYTHON} {shlex.quote(str(path))} {{output}}", ".npy", 1.0)
-    with Renderer(program, ROOM, str(room)) as renderer, pytest.raises(ProgramFailed, match="more than 1 s"):
+    with ProgramRenderer(program, ROOM, str(room)) as renderer, pytest.raises(ProgramFailed, match="more than 1 s"):
         renderer.run(9, 1)
     time.sleep(max(0.0, 4.5 - (time.monotonic() - started)))
     assert not flag.exists()
@@ -85,7 +85,7 @@ def test_a_program_that_hangs_is_ended_with_all_it_started(room, tmp_path):
 
 @pytest.mark.parametrize("command", ["", "a b", "a {output} {nonsense}", "a '{output}", "a {output", "a {output} {0}"])
 def test_commands_that_cannot_be_filled_in_are_refused(command):
-    with pytest.raises(InputError, match="--renderer"):
+    with pytest.raises(InputError, match="renderer"):
         Program(command)
 
 
@@ -93,7 +93,7 @@ def test_no_shell_reads_the_command(room, tmp_path):
     program = Program(
         f"{PYTHON} -c 'import sys; sys.exit(len(sys.argv) - 1)' ; touch {shlex.quote(str(tmp_path))}/x {{output}}"
     )
-    with Renderer(program, ROOM, str(room)) as renderer, pytest.raises(ProgramFailed, match="status 4"):
+    with ProgramRenderer(program, ROOM, str(room)) as renderer, pytest.raises(ProgramFailed, match="status 4"):
         renderer.run(1, 1)
     assert not (tmp_path / "x").exists()
 

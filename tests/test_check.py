@@ -10,7 +10,8 @@ import pytest
 from builders import floor, lamp, scene
 
 from nusselt.experiments.check import check as check_module
-from nusselt.experiments.check.check import Question, References, check, seeds
+from nusselt.experiments.check.check import References, check, seeds
+from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.rows import as_claimed
 from nusselt.experiments.results.document import exit_code
 from nusselt.experiments.verdict.level import Level
@@ -77,9 +78,8 @@ class OneNaN(Area):
 
 
 @pytest.mark.parametrize("defect", [NoCosine, HalfArea, OneNaN])
-def test_a_defective_estimator_differs(monkeypatch, defect):
-    monkeypatch.setattr(check_module, "chosen_estimator", lambda *_: defect(samples=16))
-    row = answer(lit_floor()).row
+def test_a_defective_estimator_differs(defect):
+    row = answer(lit_floor(), Question(estimator=defect, samples=16)).row
     assert (row["verdict"], row["as_claimed"]) == ("differs", False)
     assert exit_code([row]) == 1
     if defect is OneNaN:
@@ -96,7 +96,7 @@ def test_half_a_pixel_of_shift_differs(monkeypatch):
     assert "emitter or the background on one side only" in row["reason"]
 
 
-def test_a_bias_within_the_declared_margin_agrees_and_beyond_it_differs(monkeypatch):
+def test_a_bias_within_the_declared_margin_agrees_and_beyond_it_differs():
     @dataclass(frozen=True, kw_only=True)
     class Gain(Area):
         name: ClassVar[str] = "gain"
@@ -104,9 +104,8 @@ def test_a_bias_within_the_declared_margin_agrees_and_beyond_it_differs(monkeypa
         def __call__(self, points, source, rng):
             return super().__call__(points, source, rng) * 0.995
 
-    monkeypatch.setattr(check_module, "chosen_estimator", lambda *_: Gain(samples=16))
-    assert answer(lit_floor(), Question(samples=16, margin=0.03)).row["verdict"] == "agrees"
-    assert answer(lit_floor()).row["verdict"] == "differs"
+    assert answer(lit_floor(), Question(estimator=Gain, samples=16, margin=0.03)).row["verdict"] == "agrees"
+    assert answer(lit_floor(), Question(estimator=Gain, samples=16)).row["verdict"] == "differs"
 
 
 def test_boxed_pixels_agree_with_boxed_pixels_only():

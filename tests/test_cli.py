@@ -191,6 +191,17 @@ def test_bad_scenes_are_one_clear_error_and_nothing_is_written(tmp_path, case, c
         ("check", "quad", "--alpha", "-1"),
         ("check", "quad", "--until-decided"),
         ("check", "quad", "--shadow-origin", "elsewhere"),
+        ("check", "quad", "--runs", "4"),
+        ("check", "quad", "--transfer", "srgb"),
+        ("check", "quad", "--budget", "4"),
+        ("check", "quad", "--tolerance", "1e-2"),
+        ("check", "quad", "--until-decided", "--out", "out", "--cache", "kept"),
+        ("check", "quad", "image.png", "--run-timeout", "4"),
+        ("check", "quad", "image.png", "--renderer", "a {output}"),
+        ("check", "quad", "image.png", "--estimator", "area", "--estimator", "exact"),
+        ("check", "quad", "--renderer", "a {output}", "--shadow-origin", "mitsuba"),
+        ("render", "quad", "-o", "a.png", "--tolerance", "1e-2"),
+        ("render", "quad", "-o", "a.png", "--error", "1e-2", "--samples", "4"),
         ("check", "quad", "--seed", "-1"),
         ("render", "quad"),
         ("render", "quad", "-o", "image.jpg"),
@@ -205,6 +216,21 @@ def test_bad_usage_is_status_2_and_few_lines(arguments, tmp_path, monkeypatch):
     assert said == ""
     assert 1 <= len(error.strip().splitlines()) <= 4
     assert not list(tmp_path.iterdir())
+    if arguments[2:3] and arguments[-2].startswith("--"):
+        assert arguments[-2] in error  # in the user's own words
+
+
+def test_several_estimators_are_a_row_each(small, tmp_path):
+    asked = ("--estimator", "exact", "--estimator", "area", "--margin", 0.02, "--out", tmp_path / "out")
+    status, _, error = run("check", small, *asked)
+    assert status == 0, error
+    rows = json.loads((tmp_path / "out" / "results.json").read_text())["rows"]
+    assert [row["estimator"] for row in rows] == ["exact", "area"]
+    assert [row["command"].count("--estimator") for row in rows] == [1, 1]
+    assert {path.name for path in (tmp_path / "out").iterdir() if path.is_dir()} == {
+        "a scene ü-exact",
+        "a scene ü-area",
+    }
 
 
 def test_the_module_is_the_command():

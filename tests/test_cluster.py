@@ -65,7 +65,7 @@ def test_a_lost_worker_changes_nothing(dask, picture):
 def test_an_address_where_nobody_answers_is_one_clear_error():
     began = time.monotonic()
     with (
-        pytest.raises(InputError, match=r"--cluster = tcp://127\.0\.0\.1:1: expected"),
+        pytest.raises(InputError, match=r"cluster = tcp://127\.0\.0\.1:1: expected"),
         worker_pool("tcp://127.0.0.1:1"),
     ):
         pass

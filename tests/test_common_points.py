@@ -162,5 +162,5 @@ def test_an_image_at_a_requested_error_is_that_near():
     assert PASSES == 8
     with pytest.raises(InputError, match="cannot tell its error"):
         render_until(s, CommonPointsFixed(), 1e-2)
-    with pytest.raises(InputError, match="--error"):
+    with pytest.raises(InputError, match="error"):
         render_until(s, CommonPoints(), 0.0)

@@ -13,8 +13,8 @@ from builders import floor, lamp, scene
 from scipy import stats
 from test_cli import run
 
-from nusselt.experiments.check import check as check_module
-from nusselt.experiments.check.check import Question, References, check
+from nusselt.experiments.check.check import References, check
+from nusselt.experiments.check.question import Question
 from nusselt.experiments.results.compare import compare_rows, holm
 from nusselt.experiments.results.document import document, write_json
 from nusselt.experiments.verdict.intervals import error_of_mean
@@ -89,9 +89,9 @@ def test_a_tenth_less_variance_is_named_and_is_no_failure():
 REFERENCES = References()
 
 
-def small_run(seed: int) -> list[dict]:
+def small_run(seed: int, estimator: type[Area] | None = None) -> list[dict]:
     made = scene(floor(), lights=(lamp(1.0, 0.6),), size=(160, 120), name="floor")
-    question = Question(samples=9, margin=5e-3, seed=seed)
+    question = Question(estimator=estimator, samples=9, margin=5e-3, seed=seed)
     return [check(made, question, command="", references=REFERENCES).row]
 
 
@@ -108,14 +108,13 @@ class Noisier(Area):
         return (1 - share) * one + share * other
 
 
-def test_real_runs_with_other_seeds_show_nothing_and_a_noisier_estimator_shows(monkeypatch):
+def test_real_runs_with_other_seeds_show_nothing_and_a_noisier_estimator_shows():
     runs = [small_run(seed) for seed in range(2)]
     found = compare_rows(*runs)
     assert not found.changes, found.lines()
     assert found.tests == 3
     assert found.detectable < 0.1
-    monkeypatch.setattr(check_module, "chosen_estimator", lambda *_: Noisier(samples=9))
-    found = compare_rows(runs[0], small_run(2))
+    found = compare_rows(runs[0], small_run(2, Noisier))
     assert "variance" in {change.figure for change in found.changes}, found.lines()
 
 

@@ -13,7 +13,7 @@ from builders import floor, lamp, scene
 from report_folder import HOSTILE, row, timed
 from test_cli import SMALL, run
 
-from nusselt.experiments import api
+import nusselt
 from nusselt.experiments.results.document import document
 from nusselt.experiments.results.exports import csv_table, junit, markdown
 from nusselt.experiments.results.exports.markdown import LIMIT
@@ -99,18 +99,17 @@ def test_check_writes_them_all(tmp_path):
 
 def test_the_library_does_what_the_commands_do_and_shows_itself(tmp_path):
     made = scene(floor(), lights=(lamp(),), size=(24, 18), name="<b>floor</b>")
-    results = api.check(made, samples=4, margin=0.01, seed=5)
-    (answer,) = results.answers
-    assert answer.row["verdict"] == "agrees"
-    assert "--margin 0.01" in answer.row["command"]
-    for html in (results._repr_html_(), answer._repr_html_()):
-        assert "agrees" in html
-        assert "<b>floor" not in html
-    assert answer._repr_html_().count("data:image/png") == 3
+    results = nusselt.check(made, samples=4, margin=0.01, seed=5)
+    assert (results.verdict, results.agrees) == ("agrees", True)
+    assert results.row["command"] == "nusselt.check(<scene <b>floor</b>>, samples=4, margin=0.01, seed=5)"
+    html = results._repr_html_()
+    assert "agrees" in html
+    assert "<b>floor" not in html
+    assert html.count("data:image/png") == 3
     results.write(tmp_path / "out", csv=tmp_path / "x.csv")
-    assert api.write_report(tmp_path / "out", tmp_path / "page.html") == 1
+    assert nusselt.write_report(tmp_path / "out", tmp_path / "page.html") == 1
     assert 'class="viewer"' in (tmp_path / "page.html").read_text(encoding="utf-8")
-    same = api.compare(tmp_path / "out" / "results.json", tmp_path / "out" / "results.json")
+    same = nusselt.compare(tmp_path / "out" / "results.json", tmp_path / "out" / "results.json")
     assert same.status == 0
     assert "Nothing changed" in same._repr_html_()
 

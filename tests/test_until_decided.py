@@ -11,7 +11,7 @@ from builders import floor, lamp, scene
 
 from nusselt.experiments.check import check as check_module
 from nusselt.experiments.check import sequential as until_module
-from nusselt.experiments.check.check import Question
+from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.sequential import check_until
 from nusselt.experiments.results.store import Store, key_of
 from nusselt.experiments.verdict.evidence import NO_EXPECTATIONS

@@ -11,7 +11,6 @@ from test_calibration import image_of, reference_of
 
 from nusselt.experiments.runs.measure import small
 from nusselt.experiments.scenes.catalogue import load
-from nusselt.experiments.studies.planted_defects import as_reference
 from nusselt.experiments.verdict.decision import decide
 from nusselt.experiments.verdict.evidence import Side, evidence_of
 from nusselt.experiments.verdict.intervals import Bias, pooled_bias, welch
@@ -22,6 +21,7 @@ from nusselt.experiments.verdict.rules.noise_free import NoiseFree
 from nusselt.experiments.verdict.rules.normality import FEWEST, PASSES, is_heavy, side_objections
 from nusselt.experiments.verdict.rules.pass_spread import pass_spread
 from nusselt.experiments.verdict.rules.variance_ratio import log_ratio_error, variance_ratio
+from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
@@ -199,7 +199,7 @@ def test_few_pixels_have_their_share_on_edges():
     def said(width: int) -> Finding:
         scene = small(load("cornell"), width)
         image = render(scene, Area(samples=1), tolerance=ray_tolerance(scene))
-        return NoiseFree()(evidence_of(image, as_reference(image, "itself"), 1, 1e-3), 0.0)
+        return NoiseFree()(evidence_of(image, Reference.of_image(image, "itself", 1), 1, 1e-3), 0.0)
 
     assert not said(480).objects[0]
     assert said(120).objects[0]

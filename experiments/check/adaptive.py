@@ -70,11 +70,11 @@ def render_until(
         For an error outside (0, 1), or one that more samples cannot reach.
     """
     if not 0 < error < 1:
-        raise InputError("--error", error, "a number above 0 and below 1")
+        raise InputError("error", error, "a number above 0 and below 1")
     needs = prepare(scene).needs
     if scene.spp == 1 and not estimator.is_random(needs):
         if estimator.claim(needs) != "exact":
-            raise InputError("--error", error, f"an estimator with noise: {estimator.name} cannot tell its error here")
+            raise InputError("error", error, f"an estimator with noise: {estimator.name} cannot tell its error here")
         return Reached(
             render(scene, estimator, seed=seed, executor=executor, progress=progress, offset=offset),
             estimator.samples,
@@ -92,4 +92,4 @@ def render_until(
         samples *= 4 ** min(max(1, round(math.log(found / error, 4))), 2)
         if samples > MOST:
             break
-    raise InputError("--error", error, f"an error that {MOST} samples reach; {found:.2g} was reached")
+    raise InputError("error", error, f"an error that {MOST} samples reach; {found:.2g} was reached")

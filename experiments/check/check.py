@@ -11,25 +11,23 @@ import time
 import zlib
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from nusselt.experiments.results.notebook import answer_html
 from nusselt.experiments.verdict.judge import Verdict, judge
-from nusselt.experiments.verdict.level import Level
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable, render_reference
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
-from nusselt.renderer.estimators import Estimator, estimator_named
+from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image, render
 from nusselt.renderer.pixels import AreaImage, render_area
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
-from .estimators import estimator_at, is_path
 from .expectations import Offsets, appearance, expectations_of
+from .question import PixelRule, Question
 from .rows import head_of, row_of, row_without
 
 ROOM = 8.0
@@ -45,26 +43,6 @@ MAX_SAMPLES = 1 << 16
 Progress = Callable[[str, int, int], None]
 
 
-def chosen_estimator(scene: Scene, name: str | None, samples: int | None, stratified: bool | None) -> Estimator:
-    """What the user asks for, and for the rest what the scene does."""
-    name = name or {"analyticdirect": "analytic", "direct": "area"}[scene.integrator]
-    strata = scene.stratify if stratified is None else stratified
-    named = estimator_at if is_path(name) else estimator_named
-    return named(name, samples or scene.light_samples, strata)
-
-
-PixelRule = Literal["centre", "area"]
-BOX_RAYS = 16
-"""Rays over a pixel's box for an estimator with noise, where the scene names no number."""
-
-
-def with_pixel_rule(scene: Scene, rule: PixelRule | None) -> Scene:
-    """The scene with pixels by their centres or by their areas, on both renderers; None: as it says itself."""
-    if rule is None:
-        return scene
-    return scene.with_(spp=1 if rule == "centre" else scene.spp if scene.spp > 1 else BOX_RAYS)
-
-
 def draw_area(
     scene: Scene, estimator: Estimator, rule: PixelRule | None, tolerance: float, executor: Executor | None
 ) -> AreaImage | None:
@@ -76,48 +54,6 @@ def draw_area(
 
 
 @dataclass(frozen=True)
-class Question:
-    """What is asked of every scene.
-
-    Parameters
-    ----------
-    estimator : str or None
-        None: the one the scene's integrator names.
-    samples : int or None
-        Per light; None: the scene's.
-    stratified : bool or None
-        None: the scene's.
-    margin : float
-        Relative bias declared not to matter.
-    seed : int
-    level : Level
-    timeout : float
-        Seconds the reference may take.
-    shadow_origin : str
-        ``surface``, or ``mitsuba`` for its rule.
-    pixel_rule : {"centre", "area"} or None
-        None: the scene's.
-    tolerance : float or None
-        Relative RMS error of pixels by area from an estimator without noise; None: the margin over 8.
-    """
-
-    estimator: str | None = None
-    samples: int | None = None
-    stratified: bool | None = None
-    margin: float = 1e-3
-    seed: int = 0
-    level: Level = field(default_factory=Level)
-    timeout: float = 600.0
-    shadow_origin: str = "surface"
-    pixel_rule: PixelRule | None = None
-    tolerance: float | None = None
-
-    def of(self, scene: Scene) -> Estimator:
-        """The estimator to use on a scene."""
-        return chosen_estimator(scene, self.estimator, self.samples, self.stratified)
-
-
-@dataclass(frozen=True)
 class Answer:
     """One row and the images behind it; images are None where the reference could not run."""
 
@@ -125,9 +61,6 @@ class Answer:
     ours: Image
     reference: Reference | None
     verdict: Verdict | None
-
-    def _repr_html_(self) -> str:
-        return answer_html(self.row, self.ours, self.reference)
 
 
 def seeds(seed: int, *names: str) -> list[int]:

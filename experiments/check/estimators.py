@@ -45,10 +45,25 @@ def imported_estimator(path: str) -> type[Estimator]:
     kind: Any = getattr(module, name, None)
     if not isinstance(kind, type):
         raise InputError("estimator", path, f"a class of that name in {module_name}")
+    check_members(kind, path)
+    return kind
+
+
+def check_members(kind: type, said: str) -> None:
+    """Refuse a class that is no estimator; ``said`` is what the user calls it.
+
+    Raises
+    ------
+    InputError
+    """
     missing = [member for member in MEMBERS if not hasattr(kind, member)]
     if missing:
-        raise InputError("estimator", path, f"a class with {', '.join(MEMBERS)}; it has no {missing[0]}")
-    return kind
+        raise InputError("estimator", said, f"a class with {', '.join(MEMBERS)}; it has no {missing[0]}")
+
+
+def path_of(kind: type) -> str:
+    """What `imported_estimator` finds a class by."""
+    return f"{kind.__module__}:{kind.__qualname__}"
 
 
 def estimator_at(path: str, samples: int, stratified: bool) -> Estimator:
@@ -58,14 +73,29 @@ def estimator_at(path: str, samples: int, stratified: bool) -> Estimator:
     ------
     InputError
     """
-    kind = imported_estimator(path)
+    return _made(imported_estimator(path), path, samples, stratified)
+
+
+def estimator_of(kind: type[Estimator], samples: int, stratified: bool) -> Estimator:
+    """An estimator of a class with N samples per light.
+
+    Raises
+    ------
+    InputError
+        If it is no estimator.
+    """
+    check_members(kind, path_of(kind))
+    return _made(kind, path_of(kind), samples, stratified)
+
+
+def _made(kind: type[Estimator], said: str, samples: int, stratified: bool) -> Estimator:
     try:
         return kind(samples=samples, stratified=stratified)
     except InputError:
         raise
     except Exception as error:
         told = f"a class that takes samples and stratified ({type(error).__name__}: {error})"
-        raise InputError("estimator", path, told[:200]) from error
+        raise InputError("estimator", said, told[:200]) from error
 
 
 def noise_free(scene: Scene) -> Estimator | None:

@@ -27,7 +27,9 @@ from nusselt.mitsuba_bridge.reference import SHAPES, Reference
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
-from .check import Progress, Question, References, appearance
+from .check import Progress, References
+from .expectations import appearance
+from .question import Question
 
 KIND = "nusselt reference"
 FORMAT = 2

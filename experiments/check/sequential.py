@@ -23,8 +23,9 @@ from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image, render
 from nusselt.renderer.scene import Scene
 
-from .check import MAX_SAMPLES, Answer, Progress, Question, appearance, our_image, reference_target, seeds
-from .expectations import expectations_of
+from .check import MAX_SAMPLES, Answer, Progress, our_image, reference_target, seeds
+from .expectations import appearance, expectations_of
+from .question import Question
 from .rows import head_of, row_of, row_without
 
 FOLDER = "passes"

@@ -6,60 +6,54 @@ import dataclasses
 import math
 import sys
 import time
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import click
 
-from nusselt.experiments.check.check import Question, References, check, with_pixel_rule
+from nusselt.experiments.check.check import References, check
+from nusselt.experiments.check.question import Question, number_within
 from nusselt.experiments.check.references import KeptReferences
+from nusselt.experiments.check.request import Reading, mode_of
 from nusselt.experiments.check.sequential import check_until
+from nusselt.experiments.external.judge import External
 from nusselt.experiments.files import folder_name
+from nusselt.experiments.images.read import is_image
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.pictures import write_pictures
 from nusselt.experiments.results.tables import console, left_out_table, verdict_table
 from nusselt.experiments.scenes import catalogue
-from nusselt.experiments.scenes.catalogue import Asked, load
-from nusselt.experiments.terminal.options import cluster_option, export_options, sampling_options
+from nusselt.experiments.scenes.catalogue import Asked
+from nusselt.experiments.terminal.options import (
+    Exports,
+    Output,
+    Sampling,
+    cluster_option,
+    exports_options,
+    output_options,
+    reading_options,
+    said_in,
+    sampling_options,
+)
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.verdict.level import Level
-from nusselt.experiments.workers import worker_pool
-from nusselt.renderer.errors import InputError
+from nusselt.experiments.workers import PATIENCE, worker_pool
 from nusselt.renderer.scene import Scene
 
-from .external import run_bring, wants_bring
-from .external_options import bring_options
+from .check_options import (
+    Judging,
+    Kept,
+    UntilDecided,
+    external_options,
+    judging_options,
+    kept_options,
+    until_decided_options,
+)
+from .external import ExternalCheck, run_external
 from .rerun import shell_command
-
-
-def _question(options: dict[str, Any], rows: int) -> Question:
-    for name, low, high in (
-        ("margin", 0.0, 1.0),
-        ("alpha", 0.0, 0.5),
-        ("timeout", 0.0, math.inf),
-        ("budget", 0.0, math.inf),
-    ):
-        if not low < options[name] <= high:
-            raise InputError(f"--{name}", options[name], f"a number above {low:g}, at most {high:g}")
-    if options["tolerance"] is not None and not 0 < options["tolerance"] < 1:
-        raise InputError("--tolerance", options["tolerance"], "a number above 0 and below 1")
-    if options["pixel_rule"] == "area" and options["shadow_origin"] == "mitsuba":
-        raise InputError("--shadow-origin", "mitsuba", "surface, where pixels are drawn by area")
-    return Question(
-        estimator=options["estimator"],
-        samples=options["samples"],
-        stratified=options["stratified"],
-        margin=options["margin"],
-        seed=options["seed"],
-        level=Level(options["alpha"], rows),
-        timeout=options["timeout"],
-        shadow_origin=options["shadow_origin"],
-        pixel_rule=options["pixel_rule"],
-        tolerance=options["tolerance"],
-    )
 
 
 @dataclass(frozen=True)
@@ -72,97 +66,136 @@ class _Row:
     folder: str
 
 
-def _read_all(asked: Sequence[Asked], options: dict[str, Any], question: Question) -> list[_Row]:
+@dataclass(frozen=True)
+class Checks:
+    """Rows to be made, and how."""
+
+    rows: Sequence[_Row]
+    references: References
+    until: UntilDecided
+    output: Output
+    exports: Exports
+    cluster: str | None
+
+
+def _read_all(asked: Sequence[Asked], said: Mapping[str, Any], reading: Reading, question: Question) -> list[_Row]:
     """Every scene, read and found askable before the first is rendered."""
     rows: list[_Row] = []
-    scenes: dict[tuple[str, str | None], int] = {}
+    estimators = Counter(one.scene for one in asked)
+    names: Counter[tuple[str, object]] = Counter()
     for one in asked:
-        scene = load(one.scene, options["lenient"]).with_(two_sided=options["two_sided"])
-        scene = with_pixel_rule(scene, question.pixel_rule)
-        mine = dataclasses.replace(question, estimator=one.estimator)
-        mine.of(scene)
-        number = scenes[scene.name, one.estimator] = scenes.get((scene.name, one.estimator), 0) + 1
-        if number > 1:
-            scene = dataclasses.replace(scene, name=f"{scene.name}-{number}")
-        apart = one.estimator if one.estimator != options["estimator"] else None
+        scene = reading.scene(one.scene, question.pixel_rule)
+        own_question = dataclasses.replace(question, estimator=one.estimator)
+        own_question.of(scene)
+        names[scene.name, one.estimator] += 1
+        if names[scene.name, one.estimator] > 1:
+            scene = dataclasses.replace(scene, name=f"{scene.name}-{names[scene.name, one.estimator]}")
+        apart = one.estimator if estimators[one.scene] > 1 else None
         folder = folder_name("-".join(filter(None, (scene.name, apart))))
-        rows.append(
-            _Row(scene, mine, shell_command(command, one.scene, options | {"estimator": one.estimator}), folder)
-        )
+        again = shell_command(command, one.scene, {**said, "estimator": one.estimator})
+        rows.append(_Row(scene, own_question, again, folder))
     return rows
 
 
 @click.command()
 @click.argument("scenes", metavar="SCENE... [IMAGE...]", nargs=-1)
 @click.option("--classic", is_flag=True, help="All classic scenes.")
+@click.option("--estimator", metavar="NAME", multiple=True, help="Instead of the scene's; a row for each. See: list.")
 @sampling_options
-@bring_options
-@click.option("--margin", type=float, default=1e-3, show_default=True, help="Relative bias that does not matter.")
-@click.option("--alpha", type=float, default=1e-3, show_default=True, help="False-alarm rate of the whole report.")
-@click.option("--timeout", type=float, default=600.0, show_default=True, help="Seconds for one reference.")
-@click.option("--until-decided", is_flag=True, help="Add passes to undecided scenes; they are kept under --out.")
-@click.option("--budget", type=float, default=600.0, show_default=True, help="Seconds for --until-decided.")
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for the pictures and results.json.")
-@click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output).")
+@reading_options
+@external_options
+@kept_options
+@judging_options
+@until_decided_options
+@output_options
 @cluster_option
-@export_options
-def command(scenes: tuple[str, ...], classic: bool, **options: Any) -> None:
+@exports_options
+@click.pass_context
+def command(
+    context: click.Context,
+    *,
+    scenes: tuple[str, ...],
+    classic: bool,
+    estimator: tuple[str, ...],
+    sampling: Sampling,
+    reading: Reading,
+    external: External,
+    kept: Kept,
+    judging: Judging,
+    until: UntilDecided,
+    output: Output,
+    exports: Exports,
+    cluster: str | None,
+) -> None:
     """Compare our image of each SCENE with Mitsuba's: bias, RMS, their intervals, a verdict.
 
     \b
     nusselt check quad cornell --out out
-    nusselt check my.test --samples 64 --margin 0.0005 --json -
+    nusselt check my.test --estimator area --estimator my_module:Mine --margin 0.0005 --json -
     nusselt check quad-stratified mine-1.png mine-2.png
     nusselt check my.test --renderer "./mine {scene} {samples} {seed} {output}"
 
     With IMAGEs (.png, .exr, .pfm, .hdr, .npy) or a --renderer those are judged in place of ours.
     """
 
-    asked = catalogue.classic(options["estimator"]) if classic else []
-    asked += [catalogue.Asked(name, options["estimator"]) for name in scenes]
-    if options["until_decided"] and options["out"] is None:
+    said = said_in(context)
+    mode_of(any(map(is_image, scenes)), external.renderer, until.until_decided).refuse_others(said)
+    asked = [*_classic(classic, estimator), *(Asked(name, kind) for name in scenes for kind in estimator or (None,))]
+    question = Question(
+        **vars(sampling), margin=judging.margin, timeout=judging.timeout, level=Level(judging.alpha, max(len(asked), 1))
+    )
+    references = KeptReferences(kept.reference, kept.cache)
+    if until.until_decided and output.out is None:
         raise click.UsageError("--until-decided keeps its passes on disk: name a folder with --out")
     if not asked:
         raise click.UsageError("name a scene file, a classic scene (see: nusselt list), or --classic")
-    sys.exit(run_check(asked, options))
+    if external.renderer is not None or any(map(is_image, scenes)):
+        own = dataclasses.replace(question, level=Level(judging.alpha, 1))
+        task = ExternalCheck(scenes, estimator, own, external, reading, references, output, exports, cluster)
+        sys.exit(run_external(task, said, command))
+    rows = _read_all(asked, said, reading, question)
+    for one in rows:
+        references.given(one.scene)  # refused before anything is rendered
+    sys.exit(run_checks(Checks(rows, references, until, output, exports, cluster), question.level.alpha))
 
 
-def run_check(asked: Sequence[Asked], options: dict[str, Any]) -> int:
-    """Check every scene; returns the exit status."""
-    question = _question(options, len(asked))
-    names = tuple(one.scene for one in asked)
-    if wants_bring(names, options):
-        return run_bring(names, options, _question(options, 1), command)
-    wanted = _read_all(asked, options, question)
-    out: Path | None = options["out"]
-    target = options["target"] or (str(out / "results.json") if out else None)
+def _classic(classic: bool, estimators: tuple[str, ...]) -> list[Asked]:
+    return [one for kind in estimators or (None,) for one in catalogue.classic(kind)] if classic else []
+
+
+def run_checks(checks: Checks, alpha: float) -> int:
+    """Make every row; returns the exit status."""
+    output, until = checks.output, checks.until
+    number_within("budget", until.budget, 0, math.inf)
     rows: list[dict[str, Any]] = []
-    references: References = KeptReferences(options.get("reference"), options.get("cache"))
-    deadline = time.monotonic() + options["budget"]
-    table = console(stderr=target == "-")
+    deadline = time.monotonic() + until.budget
+    table = console(stderr=output.target == "-")
 
     def save() -> None:
-        if target and target != "-":
-            write_json(document(rows, alpha=question.level.alpha), target)
-        write_exports(document(rows, alpha=question.level.alpha), options)
+        if output.results and output.target != "-":
+            write_json(document(rows, alpha=alpha), output.results)
+        write_exports(document(rows, alpha=alpha), vars(checks.exports))
 
-    with worker_pool(options["cluster"]) as pool:
-        for one in wanted:
+    with worker_pool(checks.cluster, PATIENCE) as pool:
+        for one in checks.rows:
             told: dict[str, Any] = {"command": one.command, "executor": pool}
             with progress_bar(one.folder) as report:
-                if out and options["until_decided"]:
+                if output.out and until.until_decided:
                     # What is left of the time is shared by the scenes that are left.
-                    share = (deadline - time.monotonic()) / (len(wanted) - len(rows))
-                    answer = check_until(one.scene, one.question, folder=out, budget=share, progress=report, **told)
+                    share = (deadline - time.monotonic()) / (len(checks.rows) - len(rows))
+                    answer = check_until(
+                        one.scene, one.question, folder=output.out, budget=share, progress=report, **told
+                    )
                 else:
-                    answer = check(one.scene, one.question, references=references, progress=report, **told)
+                    answer = check(one.scene, one.question, references=checks.references, progress=report, **told)
             rows.append(answer.row)
-            if out:
-                answer.row["images"] = write_pictures(answer.row, answer.ours, answer.reference, out / one.folder)
+            if output.out:
+                folder = output.out / one.folder
+                answer.row["images"] = write_pictures(answer.row, answer.ours, answer.reference, folder)
             save()
-    if target == "-":
-        write_json(document(rows, alpha=question.level.alpha), target)
-    table.print(verdict_table(rows, question.level.alpha, table.width))
+    if output.target == "-":
+        write_json(document(rows, alpha=alpha), output.target)
+    table.print(verdict_table(rows, alpha, table.width))
     table.print(left_out_table(rows))
     for row in rows:
         if row["verdict"] != "agrees":

@@ -6,22 +6,22 @@ from pathlib import Path
 
 import click
 
-from nusselt.experiments.scenes import catalogue
+from nusselt.experiments.check.request import Reading
+from nusselt.experiments.terminal.options import reading_options
 from nusselt.mitsuba_bridge.export import export_scene
 
 
 @click.command()
 @click.argument("scene")
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="SCENE.xml")
-@click.option("--lenient", is_flag=True, help="Warn of unknown commands instead of refusing the scene.")
-@click.option("--two-sided", is_flag=True, help="Surfaces reflect at their back too.")
-def command(scene: str, output: Path, lenient: bool, two_sided: bool) -> None:
+@reading_options
+def command(*, scene: str, output: Path, reading: Reading) -> None:
     """Write SCENE as an equivalent Mitsuba scene (XML and PLY).
 
     A purely diffuse one loads in the stock `mitsuba` executable; a glossy one needs
     `python -m nusselt.mitsuba_bridge render SCENE.xml`, which registers the Phong surface first.
     """
 
-    read = catalogue.load(scene, lenient).with_(two_sided=two_sided)
+    read = reading.scene(scene)
     for note in (*read.warnings, *export_scene(read, output)):
         click.echo(note, err=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from nusselt.experiments.scenes import catalogue
+from nusselt.experiments.scenes.procedural import GENERATED
 from nusselt.experiments.studies.suite import EXPERIMENTS
 from nusselt.renderer.estimators import ESTIMATORS
 
@@ -14,7 +15,7 @@ def command() -> None:
     """Scenes, estimators and experiments, one line each."""
 
     click.echo("scenes")
-    for name in (*catalogue.CLASSIC, *catalogue.GENERATED):
+    for name in (*catalogue.CLASSIC, *GENERATED):
         click.echo(f"  {name:18} {catalogue.summary(name)}")
     click.echo("estimators")
     for kind in ESTIMATORS:

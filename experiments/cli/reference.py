@@ -4,46 +4,46 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Any
 
 import click
 
-from nusselt.experiments.check.check import ROOM, Question
+from nusselt.experiments.check.check import ROOM
+from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences, write_reference
+from nusselt.experiments.check.request import Reading
 from nusselt.experiments.results.document import EXIT
-from nusselt.experiments.scenes import catalogue
+from nusselt.experiments.terminal.options import reading_options, seed_option
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.mitsuba_bridge.reference import ReferenceUnavailable
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.scene import Scene
 
 
 @click.command()
 @click.argument("scene")
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="REF.npz")
 @click.option("--margin", type=float, default=1e-3, show_default=True, help="The finest margin it is to serve.")
-@click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True)
+@seed_option
 @click.option("--timeout", type=float, default=600.0, show_default=True, help="Seconds.")
 @click.option("--cache", type=click.Path(path_type=Path), help="Folder to keep references in, by content.")
-@click.option("--lenient", is_flag=True, help="Warn of unknown commands in a scene instead of refusing it.")
-@click.option("--two-sided", is_flag=True, help="Surfaces reflect at their back too.")
-def command(scene: str, output: Path, **options: Any) -> None:
+@reading_options
+def command(
+    *, scene: str, output: Path, margin: float, seed: int, timeout: float, cache: Path | None, reading: Reading
+) -> None:
     """Write Mitsuba's reference of SCENE to a file, for places without Mitsuba: nusselt check --reference."""
 
-    sys.exit(run_reference(scene, output, options))
-
-
-def run_reference(name: str, output: Path, options: dict[str, Any]) -> int:
-    """Render and write one reference; returns the exit status."""
     if output.suffix != ".npz":
         raise InputError("output", str(output), "a name that ends in .npz")
-    if not 0 < options["margin"] <= 1:
-        raise InputError("--margin", options["margin"], "a number above 0, at most 1")
-    scene = catalogue.load(name, options["lenient"]).with_(two_sided=options["two_sided"])
-    question = Question(margin=options["margin"], seed=options["seed"], timeout=options["timeout"])
+    question = Question(margin=margin, seed=seed, timeout=timeout)
+    sys.exit(run_reference(reading.scene(scene), output, question, KeptReferences(None, cache)))
+
+
+def run_reference(scene: Scene, output: Path, question: Question, references: KeptReferences) -> int:
+    """Render and write one reference; returns the exit status."""
     target = question.margin / ROOM
     try:
         with progress_bar(scene.name) as report:
-            found = KeptReferences(None, options["cache"]).get(scene, question, target, report)
+            found = references.get(scene, question, target, report)
     except ReferenceUnavailable as problem:
         click.echo(f"nusselt: {problem}", err=True)
         return EXIT["no reference"]

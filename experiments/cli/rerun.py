@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import click
 
@@ -11,18 +11,18 @@ ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv", "c
 """Options of a check that no row depends on."""
 
 
-def shell_command(check: click.Command, scene: str, options: dict[str, Any]) -> str:
-    """The command, for a shell, without what is said by default."""
+def shell_command(check: click.Command, scene: str, options: Mapping[str, object], images: Sequence[str] = ()) -> str:
+    """The command, for a shell, without what is said by default; ``options`` by their parameters' names."""
     words = ["nusselt", "check", scene]
-    defaults = {param.name: param.default for param in check.params}
     for param in check.params:
         value = options.get(str(param.name))
-        if param.name in ELSEWHERE or value is None or value == defaults[param.name]:
+        if param.name in ELSEWHERE or value is None or value == param.default:
             continue
         if value is True:
             words.append(param.opts[0])
         elif value is False:
             words += param.secondary_opts
         else:
-            words += [param.opts[0], str(value)]
-    return shlex.join(words)
+            for one in value if isinstance(value, tuple) else (value,):
+                words += [param.opts[0], str(one)]
+    return shlex.join([*words, *images])

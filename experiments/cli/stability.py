@@ -7,7 +7,6 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import click
 from rich import box
@@ -21,7 +20,7 @@ from nusselt.experiments.results.tables import console
 from nusselt.experiments.runs.experiment import Settings
 from nusselt.experiments.runs.run import Request, run_one
 from nusselt.experiments.studies.stability.study import STABILITY, file_jobs
-from nusselt.experiments.terminal.options import reporting_options
+from nusselt.experiments.terminal.options import Output, output_options, quick_option, seed_option
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.workers import worker_pool
 
@@ -35,8 +34,10 @@ SHOWN = 40
 
 @click.command()
 @click.argument("cases", metavar="CASES.json...", nargs=-1)
-@reporting_options
-def command(cases: tuple[str, ...], quick: bool, seed: int, **where: Any) -> None:
+@quick_option
+@seed_option
+@output_options
+def command(*, cases: tuple[str, ...], quick: bool, seed: int, output: Output) -> None:
     """The closed forms on stiff and extreme cases, against values known to many digits.
 
     Without files: the project's own cases, and whole images against their scaled, moved or exact twins.
@@ -46,7 +47,7 @@ def command(cases: tuple[str, ...], quick: bool, seed: int, **where: Any) -> Non
     nusselt stability my-cases.json --json -
     """
 
-    sys.exit(run_stability(cases, Request(Settings(quick, seed), **where)))
+    sys.exit(run_stability(cases, Request(Settings(quick, seed), **vars(output))))
 
 
 def run_stability(files: Sequence[str], request: Request) -> int:

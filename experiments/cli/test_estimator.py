@@ -9,8 +9,9 @@ import click
 from rich import box
 from rich.table import Table
 
-from nusselt.experiments.check.check import Question, check
+from nusselt.experiments.check.check import check
 from nusselt.experiments.check.estimators import imported_estimator
+from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.conformance.scenes import DULL, shadow_scene
 from nusselt.experiments.conformance.trials import PASSES, SAMPLES, TRIALS, Outcome, error_against_time, run_trial

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.experiments.check.check import Progress, Question
+from nusselt.experiments.check.check import Progress
+from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.check.rows import as_claimed, judged
 from nusselt.experiments.images.formats import Raw

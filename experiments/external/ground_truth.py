@@ -6,8 +6,9 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
-from nusselt.experiments.check.check import ROOM, Progress, Question, seeds
+from nusselt.experiments.check.check import ROOM, Progress, seeds
 from nusselt.experiments.check.estimators import noise_free
+from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.results.document import package_versions
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable

@@ -16,12 +16,14 @@ import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from nusselt.experiments.images.formats import Raw
 from nusselt.experiments.images.read import READERS, read_image
 from nusselt.experiments.scenes import catalogue
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.scene_text import write_scene
 
 NEEDED = {"output"}
 KNOWN = {"scene", "xml", "samples", "seed", "output"}
@@ -56,12 +58,12 @@ class Program:
             words = shlex.split(self.command)
             fields = {name for word in words for _, name, _, _ in string.Formatter().parse(word) if name is not None}
         except ValueError as error:
-            raise InputError("--renderer", self.command, f"a command that can be split into words ({error})") from None
+            raise InputError("renderer", self.command, f"a command that can be split into words ({error})") from None
         if not words or not fields >= NEEDED or not fields <= KNOWN:
             told = ", ".join("{" + name + "}" for name in sorted(KNOWN))
-            raise InputError("--renderer", self.command, f"a command with {{output}}, and of {told} those it needs")
+            raise InputError("renderer", self.command, f"a command with {{output}}, and of {told} those it needs")
         if self.kind not in READERS:
-            raise InputError("--image-type", self.kind, ", ".join(READERS))
+            raise InputError("image_type", self.kind, ", ".join(READERS))
 
     def words(self, **filled: object) -> list[str]:
         """The command's words, filled in."""
@@ -78,17 +80,35 @@ class Run:
     seconds: float
 
 
-class Renderer:
-    """A program and the files it reads, for one scene; a context manager that cleans up."""
+class Renderer(Protocol):
+    """Somebody's renderer, ready for one scene."""
 
-    def __init__(self, program: Program, scene: Scene, name: str) -> None:
+    def run(self, samples: int, seed: int) -> Run:
+        """One image."""
+        ...
+
+
+class ProgramRenderer:
+    """A program and the files it reads, for one scene; a context manager that cleans up.
+
+    Parameters
+    ----------
+    program : Program
+    scene : Scene
+    name : str, optional
+        The scene's file, or its name if it is a classic one; else the program is given a file of ours.
+    """
+
+    def __init__(self, program: Program, scene: Scene, name: str | None = None) -> None:
         self.program, self.scene, self.name = program, scene, name
 
-    def __enter__(self) -> Renderer:
+    def __enter__(self) -> ProgramRenderer:
         self._folder = tempfile.TemporaryDirectory(prefix="nusselt-")
         folder = Path(self._folder.name)
-        path = Path(self.name)
-        self._scene = catalogue.FOLDER / f"{self.name}.test" if self.name in catalogue.CLASSIC else path
+        given = catalogue.file_of(self.name) if self.name else None
+        self._scene = given or folder / "scene.test"
+        if given is None:
+            self._scene.write_text(write_scene(self.scene.with_(output="scene.png")), encoding="utf-8")
         self._xml = folder / "scene.xml"
         if "{xml}" in self.program.command:
             from nusselt.mitsuba_bridge.export import export_scene

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
 from .formats import FORMATS, Raw
+from .formats.npy import raw_of_array
 from .formats.raw import check_bytes, refuse
 from .transfer import RULES, Quantiser, Rule, Transfer
 
@@ -22,7 +24,7 @@ def is_image(name: str) -> bool:
     return name not in catalogue.CLASSIC and Path(name).suffix.lower() in READERS
 
 
-def read_image(path: Path, scene: Scene) -> Raw:
+def read_image(name: str | PathLike[str], scene: Scene) -> Raw:
     """What an image file of a scene holds; memory is bounded by the scene's size.
 
     Raises
@@ -30,6 +32,7 @@ def read_image(path: Path, scene: Scene) -> Raw:
     InputError
         If it is damaged, of another size, or has no finite number in it.
     """
+    path = Path(name)
     suffix = path.suffix.lower()
     if suffix not in READERS:
         raise refuse(path, suffix or "no ending", "an image that ends in " + ", ".join(READERS))
@@ -38,6 +41,26 @@ def read_image(path: Path, scene: Scene) -> Raw:
         raw = READERS[suffix](path, scene.width, scene.height)
     except OSError as error:
         raise refuse(path, error.strerror or "unreadable", "a file that can be read") from error
+    return _some_finite(path, raw)
+
+
+def raw_of(image: object, scene: Scene, name: str) -> Raw:
+    """The same of an array (h, w, 3), (h, w) or (3, h, w), called ``name``.
+
+    Raises
+    ------
+    InputError
+        If it is of another size or type, or has no finite number in it.
+    """
+    label = Path(name)
+    try:
+        values = np.asarray(image)
+    except ValueError as error:
+        raise refuse(label, type(image).__name__, "one array of numbers") from error
+    return _some_finite(label, raw_of_array(label, values, scene.width, scene.height))
+
+
+def _some_finite(path: Path, raw: Raw) -> Raw:
     if raw.values.dtype.kind == "f" and not np.isfinite(raw.values).any():
         raise refuse(path, "not one finite number", "an image")
     return raw
@@ -55,7 +78,7 @@ def quantiser_of(raws: list[Raw], transfer: str, rule: str) -> Quantiser:
     if len(tops) != 1:
         raise InputError("images", "of different depths", "images of one renderer, written alike")
     if rule not in (*RULES, "auto"):
-        raise InputError("--quantisation", rule, "truncate, round or auto")
+        raise InputError("quantisation", rule, "truncate, round or auto")
     curve = Transfer(transfer)
     usual: Rule = "truncate" if curve.name == "linear" else "round"
     return Quantiser(tops.pop(), curve, usual if rule == "auto" else rule)  # type: ignore[arg-type]

@@ -49,7 +49,7 @@ class Transfer:
             except ValueError:
                 value = 0.0
             if kind != "gamma" or not 0.1 <= value <= 10:
-                raise InputError("--transfer", self.name, "linear, srgb or gamma:G with G from 0.1 to 10")
+                raise InputError("transfer", self.name, "linear, srgb or gamma:G with G from 0.1 to 10")
 
     @property
     def _exponent(self) -> float:

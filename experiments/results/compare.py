@@ -240,7 +240,7 @@ def compare(baseline: str | Path, results: str | Path, alpha: float = 1e-3) -> C
         If one cannot be read, or has no rows.
     """
     if not 0 < alpha <= 0.5:
-        raise InputError("--alpha", alpha, "a number above 0, at most 0.5")
+        raise InputError("alpha", alpha, "a number above 0, at most 0.5")
     documents = [read_json(Path(path)) for path in (baseline, results)]
     for path, document in zip((baseline, results), documents, strict=True):
         if not document["rows"]:

@@ -15,7 +15,10 @@ from nusselt.experiments.scenes.catalogue import load
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
+from .own import Own
+
 Size = TypeVar("Size")
+NONE_OWN = Own()
 
 
 @dataclass(frozen=True)
@@ -32,12 +35,15 @@ class Settings:
         Files or classic scenes instead of the experiment's own.
     tiny : bool
         Next to nothing, to see that all of it runs: no claim needs to hold.
+    own : Own
+        The user's estimators and renderers, beside the experiment's.
     """
 
     quick: bool = False
     seed: int = 0
     scenes: tuple[str, ...] = ()
     tiny: bool = False
+    own: Own = NONE_OWN
 
     def pick(self, whole: Size, quick: Size, tiny: Size) -> Size:
         """What suits the size that is asked for."""
@@ -112,6 +118,8 @@ class Experiment:
         Rows to a Markdown page.
     files : callable, optional
         Rows to further text files, by name.
+    takes_own : bool
+        Whether it looks at the user's estimators and renderers too.
     """
 
     name: str
@@ -122,3 +130,4 @@ class Experiment:
     table: Callable[[Sequence[Row]], Any] | None = None
     text: Callable[[Sequence[Row]], str] | None = None
     files: Callable[[Sequence[Row]], dict[str, str]] | None = None
+    takes_own: bool = False

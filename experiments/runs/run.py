@@ -93,6 +93,7 @@ def again(experiment: Experiment, settings: Settings) -> str:
     words += ["--seed", str(settings.seed)] if settings.seed else []
     for scene in settings.scenes if experiment.scenes else ():
         words += ["--scenes", scene]
+    words += settings.own.words
     return shlex.join(words)
 
 

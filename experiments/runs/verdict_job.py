@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from nusselt.experiments.check.check import Question, References, check
+from nusselt.experiments.check.check import References, check
+from nusselt.experiments.check.question import Question
 from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.scene import Scene

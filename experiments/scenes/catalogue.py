@@ -60,6 +60,14 @@ def summary(name: str) -> str:
     return re.split(r"[.:](?:\s|$)", " ".join(words))[0]
 
 
+def file_of(name: str) -> Path | None:
+    """The file of a scene, or of a classic one by its name; None where there is none."""
+    path = Path(name)
+    if name in CLASSIC and not path.exists():
+        return FOLDER / f"{name}.test"
+    return path if path.is_file() else None
+
+
 def load(name: str, lenient: bool = False) -> Scene:
     """A scene by file name, or a classic or generated one by its name.
 

@@ -40,7 +40,7 @@ def unshadowed(scenes: Sequence[Scene], samples: int) -> Asked:
     """The closed form of every scene, as it is and glossy."""
     for scene in scenes:
         if prepare(scene).needs.visibility:
-            raise InputError("--scenes", scene.name, "scenes in which nothing blocks: the closed form knows no shadow")
+            raise InputError("scenes", scene.name, "scenes in which nothing blocks: the closed form knows no shadow")
     glossy = [shiny(scene, SMOOTH).with_(name=f"{scene.name}-glossy") for scene in scenes]
     return [(scene, Analytic()) for pair in zip(scenes, glossy, strict=True) for scene in pair]
 

@@ -28,7 +28,7 @@ def jobs(settings: Settings) -> list[Job]:
     scenes = settings.chosen(ANALYTIC.scenes)
     for scene in scenes:
         if prepare(scene).needs.visibility:
-            raise InputError("--scenes", scene.name, "scenes in which nothing blocks: the closed form knows no shadow")
+            raise InputError("scenes", scene.name, "scenes in which nothing blocks: the closed form knows no shadow")
     return [
         Job(
             compare,

@@ -16,8 +16,9 @@ from typing import Any
 from rich import box
 from rich.table import Table
 
-from nusselt.experiments.check.check import MAX_SAMPLES, Question, appearance, our_image, reference_target, seeds
-from nusselt.experiments.check.expectations import expectations_of
+from nusselt.experiments.check.check import MAX_SAMPLES, our_image, reference_target, seeds
+from nusselt.experiments.check.expectations import appearance, expectations_of
+from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.rows import as_claimed, judged
 from nusselt.experiments.defects.catalogue import CONTROLS, DEFECTS, Control, Planted
 from nusselt.experiments.defects.gates import pictures_differ, pixels_differ

@@ -18,10 +18,12 @@ from rich.markup import escape
 from rich.table import Table
 from scipy import stats
 
-from nusselt.experiments.check.check import appearance, seeds
+from nusselt.experiments.check.check import seeds
+from nusselt.experiments.check.expectations import appearance
 from nusselt.experiments.results.figures import curves
 from nusselt.experiments.results.work_precision import slope
-from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
+from nusselt.experiments.runs.experiment import NONE_OWN, Experiment, Job, Outcome, Settings
+from nusselt.experiments.runs.own import Own, OwnRenderer
 from nusselt.experiments.scenes.catalogue import load
 from nusselt.experiments.verdict.intervals import Bias, freedom_of, pooled_bias
 from nusselt.mitsuba_bridge.reference import Reference, render_reference
@@ -51,10 +53,18 @@ class Method:
     name: str
     samples: int
     estimator: Estimator | None = None
+    program: OwnRenderer | None = None
 
     @property
     def title(self) -> str:
-        return self.name if self.renderer == "ours" else f"Mitsuba {self.name}"
+        return f"Mitsuba {self.name}" if self.renderer == "mitsuba" else self.name
+
+
+def own_methods(own: Own, scene: Scene, samples: int) -> list[Method]:
+    """The user's estimators, which our renderer runs, and the user's renderers."""
+    ways = [(name, make) for one in own.estimators for name, make in one.ways(scene).items()]
+    found = [Method("ours", name, samples, make(samples)) for name, make in ways]
+    return found + [Method("program", one.name, samples, program=one) for one in own.renderers]
 
 
 def methods(samples: int) -> list[Method]:
@@ -105,6 +115,16 @@ def measure_ours(scene: Scene, estimator: Estimator, judged: Bools, seed: int, p
         seconds.append(time.perf_counter() - started)
         images.append(image.mean.mean(axis=0)[judged])
     return measured_of(np.array(images), np.array(seconds), estimator.shares_points)
+
+
+def measure_program(
+    scene: Scene, program: OwnRenderer, samples: int, judged: Bools, seed: int, passes: int
+) -> Measured:
+    """A program's images, each a pass; nothing is known of its pixels, so that only whole images are independent."""
+    with program.opened(scene) as image:
+        made = [image(samples, seed + number) for number in range(passes)]
+    values = np.array([radiance.mean(axis=0)[judged] for radiance, _ in made])
+    return measured_of(values, np.array([seconds for _, seconds in made]), shares_points=True)
 
 
 def measured_of(passes: Floats, seconds: Floats, shares_points: bool) -> Measured:
@@ -207,8 +227,10 @@ def mark_ties(rows: Sequence[dict[str, Any]]) -> None:
         )
 
 
-def scene_rows(scene: Scene, samples: Sequence[int], passes: int, seed: int, timeout: float) -> list[dict[str, Any]]:
-    """All rows of a scene.
+def scene_rows(
+    scene: Scene, samples: Sequence[int], passes: int, seed: int, timeout: float, own: Own = NONE_OWN
+) -> list[dict[str, Any]]:
+    """All rows of a scene, the user's among them.
 
     Raises
     ------
@@ -219,15 +241,17 @@ def scene_rows(scene: Scene, samples: Sequence[int], passes: int, seed: int, tim
     reference = render_reference(
         appearance(scene), seed=their_seed, target_relative_se=ERROR, max_samples=1 << 15, timeout=timeout
     )
-    chosen = [method for count in samples for method in methods(count)]
-    theirs = [method for method in chosen if method.estimator is None]
+    chosen = [method for count in samples for method in (*methods(count), *own_methods(own, scene, count))]
+    theirs = [method for method in chosen if method.renderer == "mitsuba"]
     settings = [Setting(method.name, method.samples, passes + 1) for method in theirs]
     spreads = dict(zip(theirs, measure_spread(scene, settings, seed=their_seed + 1, timeout=timeout), strict=True))
     seen = render(scene, ESTIMATORS[0](), tolerance=ray_tolerance(scene))
     judged = seen.shaded & ~seen.unjudged & (reference.emitter == 0) & (reference.background == 0)
     rows = []
     for method in chosen:
-        if method.estimator is None:
+        if method.program is not None:
+            found = measure_program(scene, method.program, method.samples, judged, ours_seed + 1, passes)
+        elif method.estimator is None:
             found = of_mitsuba(spreads[method], judged)
         else:
             found = measure_ours(scene, method.estimator, judged, ours_seed, passes)
@@ -243,17 +267,17 @@ def small(name: str, width: int) -> Scene:
     return scene.with_(width=width, height=max(1, round(scene.height * width / scene.width)))
 
 
-def scene_job(scene: Scene, samples: tuple[int, ...], passes: int, seed: int) -> Outcome:
+def scene_job(scene: Scene, samples: tuple[int, ...], passes: int, seed: int, own: Own) -> Outcome:
     """All rows of a scene."""
-    return Outcome(scene_rows(scene, samples, passes, seed, 600.0))
+    return Outcome(scene_rows(scene, samples, passes, seed, 600.0, own))
 
 
 def jobs(settings: Settings) -> list[Job]:
     """A scene each, one at a time: they are timed."""
     quick, tiny = (SCENES[1:3], SAMPLES[:2], WIDTH // 2, PASSES), (SCENES[:1], SAMPLES[:1], 8, 3)
-    own, samples, width, passes = settings.pick((SCENES, SAMPLES, WIDTH, PASSES), quick, tiny)
-    told = {"samples": samples, "passes": passes, "seed": settings.seed}
-    return [Job(scene_job, {"scene": small(name, width), **told}, alone=True) for name in settings.scenes or own]
+    names, samples, width, passes = settings.pick((SCENES, SAMPLES, WIDTH, PASSES), quick, tiny)
+    shared = {"samples": samples, "passes": passes, "seed": settings.seed, "own": settings.own}
+    return [Job(scene_job, {"scene": small(name, width), **shared}, alone=True) for name in settings.scenes or names]
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
@@ -337,6 +361,7 @@ VARIANCE_TABLE = Experiment(
     SCENES,
     table=variance_table,
     text=markdown,
+    takes_own=True,
 )
 
 if __name__ == "__main__":

@@ -89,7 +89,7 @@ def jobs(settings: Settings) -> list[Job]:
     scenes = settings.chosen(VISIBILITY_ONLY.scenes)
     for scene in scenes:
         if not prepare(scene).needs.visibility:
-            raise InputError("--scenes", scene.name, "scenes with shadows: this is about visibility")
+            raise InputError("scenes", scene.name, "scenes with shadows: this is about visibility")
     return [
         Job(compare, {"scene": small(scene, width), "samples": samples, "seed": settings.seed_of(scene.name)})
         for scene in scenes

@@ -11,9 +11,10 @@ import mitsuba as mi
 import numpy as np
 
 from . import phong
+from .passes import Array
 from .patch_irradiance import patches
 from .race import race
-from .reference import Array, Progress, reference, tracing
+from .reference import Progress, reference, tracing
 from .scene_dict import bsdf_dict, scene_dict
 from .variance import spread
 

@@ -18,7 +18,7 @@ from nusselt.renderer.camera.first_hits import origin_in
 from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.flat_disks import disk_rim
 from nusselt.renderer.lights import Light
-from nusselt.renderer.lights.protocol import Plane
+from nusselt.renderer.lights.body import Plane
 from nusselt.renderer.vectors import Floats, cross, dot, frame, transform, unit
 
 from .faces import Faces

@@ -42,7 +42,7 @@ def read_exr(path: Path, width: int, height: int) -> Raw:
             if any(plane.shape != (height, width) for plane in planes):
                 raise refuse(path, "subsampled channels", "channels of the full size")
             half = any(found[name].dtype == np.float16 for name in names)
-            notes = ("its grey is taken for three equal channels",) if names[0] == "Y" else ()
+            notes = ("its grey is taken for three equal channels",) if len(set(names)) == 1 else ()
             return Raw(np.stack(planes), notes, 2.0**-10 if half else 2e-6)
     raise refuse(path, f"channels {', '.join(sorted(found))[:40]}", "channels R, G, B or Y")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,16 @@ def read_npy(path: Path, width: int, height: int) -> Raw:
     except Exception as error:  # whatever numpy's parser of Python text raises
         told = " ".join(str(error).split())[:60]
         raise refuse(path, f"damaged NPY ({told})", "one array, without pickled objects") from error
+    return raw_of_array(path, values, width, height)
+
+
+def raw_of_array(path: Path, values: np.ndarray[Any, Any], width: int, height: int) -> Raw:
+    """An array (h, w, 3), (3, h, w) or (h, w), from a file or from anywhere that ``path`` names.
+
+    Raises
+    ------
+    InputError
+    """
     if values.dtype.kind != "f" and values.dtype.str[1:] not in ("u1", "u2"):
         raise refuse(path, f"numbers of type {values.dtype}", "floating point, uint8 or uint16")
     if values.ndim == 3 and values.shape == (3, height, width) and values.shape[2] not in (3, 4):

@@ -12,6 +12,9 @@ from typing import Any, Literal
 import numpy as np
 
 from nusselt.experiments.check.estimators import noise_free
+from nusselt.experiments.runs.experiment import NONE_OWN
+from nusselt.experiments.runs.own import Own
+from nusselt.experiments.studies.race.own import own_laps
 from nusselt.experiments.studies.race.times import OurLap
 from nusselt.experiments.workers import cores, worker_pool
 from nusselt.mitsuba_bridge.race import WAYS, Race, Way, run_race
@@ -79,6 +82,8 @@ class Measured:
         What was fastest: one process, threads or processes.
     evaluations : dict
         Points shaded by tolerance.
+    own : list of list of OurLap
+        The user's, round by round.
     """
 
     ours: list[list[OurLap]] = field(default_factory=list)
@@ -87,6 +92,7 @@ class Measured:
     first: float = 0.0
     workers: str = "one process"
     evaluations: dict[str, int] = field(default_factory=dict)
+    own: list[list[OurLap]] = field(default_factory=list)
 
 
 def racer(scene: Scene) -> Estimator | None:
@@ -121,6 +127,7 @@ def measure(
     seed: int,
     progress: Callable[[int, int], None] | None = None,
     workers: str | None = None,
+    own: Own = NONE_OWN,
 ) -> Measured:
     """Race one view; ``workers`` as another view of the scene found them to be fastest."""
     found = Measured()
@@ -152,6 +159,17 @@ def measure(
                     view, truth, judged, sizes=plan.sizes, seed=seed + number, longest=plan.longest, ways=plan.ways
                 )
             )
+            laps = own_laps(
+                own,
+                view,
+                truth,
+                judged,
+                sizes=plan.sizes,
+                longest=plan.longest,
+                seed=seed + number,
+                executor=pools[found.workers],
+            )
+            found.own.append(laps)
             if progress:
                 progress(number + 1, plan.rounds)
     return found

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from nusselt.experiments.studies.race.measure import Measured
+from nusselt.experiments.studies.race.own import own_row
 from nusselt.experiments.studies.race.times import Time, fastest, fastest_of_ours, seconds_to
 from nusselt.mitsuba_bridge.race import DEFAULT, Way
 
@@ -112,6 +113,13 @@ def row(scene: str, rule: str, target: float, estimator: str, views: Sequence[Me
     }
 
 
+def own_rows(scene: str, rule: str, target: float, views: Sequence[Measured]) -> list[dict[str, Any]]:
+    """Rows of the user's estimators and renderers at one target, over all views and rounds."""
+    rounds = [(laps, _by_way(found, n)) for found in views for n, laps in enumerate(found.own)]
+    names = dict.fromkeys(lap.estimator for laps, _ in rounds for lap in laps)
+    return [own_row(scene, rule, target, name, rounds) for name in names]
+
+
 def without_interpolation(found: Measured) -> Measured:
     """What was measured of a view's centres, all of which were evaluated."""
     return replace(found, ours=[[lap for lap in laps if not lap.tolerance] for laps in found.ours])
@@ -145,5 +153,6 @@ def raw(found: Measured) -> dict[str, Any]:
         "once": {"ours": found.first, "mitsuba": [race.once for race in found.mitsuba]},
         "workers": found.workers,
         "evaluations": found.evaluations,
+        "own": [[asdict(lap) for lap in laps] for laps in found.own],
         "truth_error": found.truth_error,
     }

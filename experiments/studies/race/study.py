@@ -11,10 +11,20 @@ from typing import Any
 
 from nusselt.experiments.results.figures import canvas
 from nusselt.experiments.results.schema import Row
-from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
+from nusselt.experiments.runs.experiment import NONE_OWN, Experiment, Job, Outcome, Settings
+from nusselt.experiments.runs.own import Own
 from nusselt.experiments.scenes.cameras import views
 from nusselt.experiments.studies.race.measure import Measured, Plan, Rule, by_silhouettes, measure, racer
-from nusselt.experiments.studies.race.rows import EVERY, SENTENCE, TARGETS, finalists, raw, row, without_interpolation
+from nusselt.experiments.studies.race.rows import (
+    EVERY,
+    SENTENCE,
+    TARGETS,
+    finalists,
+    own_rows,
+    raw,
+    row,
+    without_interpolation,
+)
 from nusselt.experiments.studies.race.scenes import NAMES, race_scene
 from nusselt.mitsuba_bridge.race import DEFAULT, Way
 from nusselt.renderer.errors import InputError
@@ -35,6 +45,7 @@ BIG = 20_000
 """Triangles beyond which pixels by area take minutes: every one shows several faces, and each is shaded."""
 NONE = "no estimator of ours is exact and without noise in this scene"
 DEAR = "not run: where pixels show several small faces each, ours by area takes minutes"
+OWN_MARKS = "sD^v*P"
 
 
 def run(
@@ -45,6 +56,7 @@ def run(
     plan: Plan | None = None,
     side: int | None = None,
     count: int | None = None,
+    own: Own = NONE_OWN,
     progress: Callable[[str], None] | None = None,
 ) -> tuple[list[Row], dict[str, list[Measured]]]:
     """Race scenes; rows, and everything measured by ``scene/rule``.
@@ -56,6 +68,8 @@ def run(
     ----------
     side, count : int, optional
         Pixels high, and cameras a scene, instead of 256 (64 if quick) and `CAMERAS` (1).
+    own : Own
+        The user's estimators and renderers, against the same truth.
 
     Raises
     ------
@@ -83,8 +97,9 @@ def run(
                     progress(f"{view.name}, {rule}")
                 workers = found[0].workers if found else None
                 mine = replace(plans, ways=finalists(found[0])) if found else plans
-                found.append(measure(view, estimator, rule, mine, seed + 100 * number, workers=workers))
+                found.append(measure(view, estimator, rule, mine, seed + 100 * number, workers=workers, own=own))
             rows += [row(name, rule, target, estimator.name, found) for target in TARGETS]
+            rows += [line for target in TARGETS for line in own_rows(name, rule, target, found)]
             if rule == "centre" and by_silhouettes(scene, estimator):
                 every = [without_interpolation(one) for one in found]
                 rows += [row(name, EVERY, target, estimator.name, every) for target in TARGETS]
@@ -119,8 +134,11 @@ def figure(name: str, views_raw: Sequence[dict[str, Any]]) -> Any:
             named.add(label)
 
     for one in views_raw:
-        for laps, race in zip(one["ours"], one["mitsuba"], strict=True):
+        for laps, race, own in zip(one["ours"], one["mitsuba"], one["own"], strict=True):
             line("ours", laps, color="#2b6cb0", marker="o", ms=4, lw=1.5, zorder=3)
+            for index, name_of_own in enumerate(dict.fromkeys(lap["estimator"] for lap in own)):
+                laps_of_own = [lap for lap in own if lap["estimator"] == name_of_own]
+                line(name_of_own, laps_of_own, color="k", marker=OWN_MARKS[index % len(OWN_MARKS)], ms=5, lw=1.5)
             for index, way in enumerate(sorted({lap["configuration"] for lap in race})):
                 mine = [lap for lap in race if lap["configuration"] == way]
                 line(f"Mitsuba: {way}", mine, color=f"C{index + 1}", marker=".", lw=0.8, alpha=0.7)
@@ -131,9 +149,9 @@ def figure(name: str, views_raw: Sequence[dict[str, Any]]) -> Any:
     return drawn
 
 
-def _race(scene: str, seed: int, size: dict[str, Any]) -> Outcome:
+def _race(scene: str, seed: int, own: Own, size: dict[str, Any]) -> Outcome:
     """One scene; the first row of each pixel rule keeps the raw times."""
-    rows, measured = run((scene,), seed=seed, **size)
+    rows, measured = run((scene,), seed=seed, own=own, **size)
     for rule in RULES:
         if (found := measured.get(f"{scene}/{rule}")) is not None:
             first = next(one for one in rows if one["pixel_rule"] == rule)
@@ -145,13 +163,14 @@ def jobs(settings: Settings) -> list[Job]:
     """One a scene, each with the machine to itself; two scenes where it must be quick."""
     for name in settings.scenes:
         if name not in NAMES:
-            raise InputError("--scenes", name, "one of " + ", ".join(NAMES))
-    own = settings.pick(NAMES, QUICK_SCENES, QUICK_SCENES[:1])
-    told = {
+            raise InputError("scenes", name, "one of " + ", ".join(NAMES))
+    chosen = settings.scenes or settings.pick(NAMES, QUICK_SCENES, QUICK_SCENES[:1])
+    shared = {
         "seed": settings.seed_of("race"),
+        "own": settings.own,
         "size": settings.pick({"quick": False}, {"quick": True}, {"plan": TINY, "side": 12, "count": 1}),
     }
-    return [Job(_race, {"scene": name, **told}, alone=True) for name in settings.scenes or own]
+    return [Job(_race, {"scene": name, **shared}, alone=True) for name in chosen]
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
@@ -164,7 +183,12 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
 
 
 ERROR_AGAINST_TIME = Experiment(
-    "error-against-time", "our noise-free images against Mitsuba at its best, turn by turn", jobs, figures, NAMES
+    "error-against-time",
+    "our noise-free images against Mitsuba at its best, turn by turn",
+    jobs,
+    figures,
+    NAMES,
+    takes_own=True,
 )
 
 if __name__ == "__main__":

@@ -1,0 +1,104 @@
+"""How a scene is read, and which options each way of checking it makes use of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from os import PathLike
+
+from nusselt.experiments.scenes.catalogue import load
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.scene import Scene
+
+from .question import PixelRule, with_pixel_rule
+
+SceneLike = str | PathLike[str] | Scene
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a scene is read.
+
+    Parameters
+    ----------
+    lenient : bool
+        Warn of unknown commands instead of refusing the scene.
+    two_sided : bool
+        Surfaces reflect at their back too.
+    """
+
+    lenient: bool = False
+    two_sided: bool = False
+
+    def scene(self, given: SceneLike, rule: PixelRule | None = None) -> Scene:
+        """A scene by file name, a classic one by its name, or the scene itself.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read.
+        """
+        if not isinstance(given, str | PathLike | Scene):
+            raise InputError("scene", given, "a scene file, the name of a classic scene, or a Scene")
+        scene = given if isinstance(given, Scene) else load(str(given), self.lenient)
+        return with_pixel_rule(scene.with_(two_sided=self.two_sided or scene.two_sided), rule)
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A way of checking, and the options it makes use of.
+
+    Parameters
+    ----------
+    what : str
+        In the user's words.
+    options : frozenset of str
+    """
+
+    what: str
+    options: frozenset[str]
+
+    def refuse_others(self, said: Mapping[str, object]) -> None:
+        """Refuse what was said and would not be used.
+
+        Raises
+        ------
+        InputError
+        """
+        for name, value in said.items():
+            if name not in self.options:
+                raise InputError(name, value, f"it left out: a check of {self.what} makes no use of it")
+
+
+_ALL = frozenset(
+    (
+        *("scenes", "estimator", "samples", "stratified", "seed", "lenient", "two_sided", "pixel_rule", "margin"),
+        *("alpha", "timeout", "cluster", "out", "target", "csv", "junit", "summary"),
+    )
+)
+_KEPT = frozenset(("reference", "cache"))
+_OURS = _ALL | {"classic", "shadow_origin", "tolerance"}
+_LEVELS = frozenset(("transfer", "quantisation"))
+_RUNS = frozenset(("renderer", "runs", "steps"))
+
+OURS = Mode("our image", _OURS | _KEPT)
+UNTIL_DECIDED = Mode("our image until decided", _OURS | {"until_decided", "budget"})
+IMAGES = Mode("images", _ALL | _KEPT | _LEVELS | {"images"})
+FUNCTION = Mode("a function's images", _ALL | _KEPT | _LEVELS | _RUNS)
+PROGRAM = Mode("a program's images", FUNCTION.options | {"image_type", "run_timeout"})
+MODES = (OURS, UNTIL_DECIDED, IMAGES, FUNCTION, PROGRAM)
+
+
+def mode_of(images: bool, renderer: object, until_decided: bool = False) -> Mode:
+    """The way of checking that was asked for.
+
+    Raises
+    ------
+    InputError
+        If it is two of them.
+    """
+    if images and renderer is not None:
+        raise InputError("renderer", renderer, "images or a renderer, not both")
+    if renderer is not None:
+        return PROGRAM if isinstance(renderer, str) else FUNCTION
+    return IMAGES if images else UNTIL_DECIDED if until_decided else OURS
