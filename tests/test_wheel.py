@@ -12,10 +12,11 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from places import ROOT
 
 pytestmark = pytest.mark.slow
 
-ROOT = Path(__file__).parent.parent
+ROOT = ROOT
 LEFT_OUT = ("cornell.png",)
 """What only the README shows."""
 FOLDERS = ("renderer", "mitsuba_bridge", "experiments")

@@ -21,7 +21,7 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.vectors import Floats
 
 OWN = Path(__file__).with_name("oracles-stiff.json")
-"""The project's own cases, made by `tests/make_oracles.py`."""
+"""The project's own cases, made by `tests/support/make_oracles.py`."""
 
 Vector = tuple[float, float, float]
 INPUTS = ("x", "n", "P", "e1", "e2", "w")

@@ -1,0 +1,73 @@
+"""The classic scenes, whole: every one agrees, with the scores the course's feedback gives right images."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from nusselt.experiments.cli.main import main
+from nusselt.experiments.scenes import catalogue
+
+pytestmark = pytest.mark.mitsuba
+
+PUBLISHED = {
+    "quad": (0.0, 0.05),
+    "quad-random": (29.0, 0.05 * 29.0),
+    "quad-stratified": (3.8, 0.05 * 3.8),
+    "three-lights": (2.8, 0.05 * 2.8),
+    "cornell": (0.90, 0.10 * 0.90),
+}
+"""The course's "variance" in levels squared, and how far from it a right image may be."""
+
+
+@pytest.fixture(scope="module")
+def everything(tmp_path_factory):
+    target = tmp_path_factory.mktemp("classic") / "results.json"
+    result = CliRunner().invoke(main, ["check", "--classic", "--json", str(target)])
+    assert result.exit_code == 0, result.output
+    return json.loads(target.read_text())["rows"]
+
+
+@pytest.fixture(scope="module")
+def rows(everything):
+    """The scenes with their own estimators."""
+    return {row["scene"]: row for row in everything if row["estimator"] != "exact"}
+
+
+def test_soft_shadows_are_checked_without_noise_too(everything):
+    exact = [row for row in everything if row["estimator"] == "exact"]
+    assert tuple(row["scene"] for row in exact) == catalogue.ALSO_EXACT
+    for row in exact:
+        assert row["claim"] == "exact"
+        assert row["passes"] == 1
+        assert row["command"] == f"nusselt check {row['scene']} --estimator exact"
+        assert any(entry["what"] == "further passes of ours" for entry in row["left_out"])
+
+
+def test_every_classic_scene_agrees_within_a_thousandth(rows, everything):
+    assert tuple(rows) == catalogue.CLASSIC
+    for row in everything:
+        low, high = row["bias_interval"]
+        assert row["verdict"] == "agrees", row["reason"]
+        assert row["as_claimed"] is True
+        assert -0.001 <= low <= high <= 0.001
+        assert row["non_finite"] == 0
+        assert row["minimum_detectable_bias"] < 0.003
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_course_scores_are_those_published(rows, name):
+    score, reach = PUBLISHED[name]
+    row = rows[name]
+    assert abs(row["course_mse"] - score) <= reach
+    assert round(abs(row["course_bias"]), 1) == 0.0
+    low, high = row["course_expected"]["mse"]
+    assert low <= max(row["course_mse"], 0.0) <= high
+
+
+def test_few_pixels_are_not_judged(rows):
+    for row in rows.values():
+        assert row["pixels"]["unjudged"] <= 1e-3 * sum(row["pixels"].values())
+        assert sum(row["pixels"].values()) >= row["pixels"]["shaded"] > 10_000
