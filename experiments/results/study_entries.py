@@ -50,6 +50,7 @@ OF_EXPERIMENTS = (
     Entry("defect", TEXT, "planted-defects: which; null for a right renderer"),
     Entry("samples_to_detection", COUNT, "planted-defects: until it was found"),
     Entry("picture_differs", FLAG, "planted-defects: whether 8-bit pictures show it"),
+    Entry("structure_differs", FLAG, "planted-defects: whether structural similarity shows it"),
     Entry("pixels_differ", FLAG, "planted-defects: whether a test pixel by pixel shows it"),
     Entry("size", NUMBER, "offset: of the scene"),
     Entry("contact", NUMBER, "offset: height of the blocker over the floor, in sizes"),

@@ -10,7 +10,7 @@ from test_calibration import image_of, reference_of
 from nusselt.experiments.defects import scenes
 from nusselt.experiments.defects.altered import Altered
 from nusselt.experiments.defects.catalogue import CONTROLS, DEFECTS, RIGHT, Control
-from nusselt.experiments.defects.gates import pictures_differ, pixels_differ
+from nusselt.experiments.defects.gates import pictures_differ, pixels_differ, structure_differs
 from nusselt.experiments.studies.planted_defects import Truths, find, hardness_table, hold
 from nusselt.experiments.studies.variance_table import (
     add_slopes,
@@ -99,6 +99,17 @@ def test_gates_are_what_they_say():
     assert pictures_differ(image, truth) == (np.abs(levels).mean() > 1)
     assert not pictures_differ(truth_image := image_of(np.full((4, 100), 0.5)), truth)
     assert not pixels_differ(truth_image, truth, 4, 4)
+
+
+def test_structural_similarity_sees_structure_and_takes_noise_for_it():
+    """Its known fault: right images fail at few samples, and a gain of a thousandth passes."""
+    ramp = np.linspace(0.2, 0.8, 400)
+    noise = 0.1 * np.random.default_rng(0).normal(size=(2, 400))
+    truth = reference_of(np.tile(ramp, (4, 1)))
+    assert not structure_differs(image_of(np.tile(ramp, (2, 1))), truth)
+    assert not structure_differs(image_of(np.tile(0.999 * ramp, (2, 1))), truth)
+    assert structure_differs(image_of(ramp + noise), truth)
+    assert structure_differs(image_of(np.tile(ramp[::-1], (2, 1))), truth)
 
 
 def _row(samples: int, rms: float, efficiency: float, name: str = "a"):
