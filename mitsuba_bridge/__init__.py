@@ -1,0 +1,1 @@
+"""The same scene, said in Mitsuba, and Mitsuba's answers."""

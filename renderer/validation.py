@@ -11,6 +11,7 @@ Vec3: TypeAlias = tuple[float, float, float]
 
 
 def finite(name: str, value: object) -> float:
+    """A finite number, or an InputError of that name."""
     try:
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
@@ -21,6 +22,7 @@ def finite(name: str, value: object) -> float:
 
 
 def vector(name: str, value: object) -> Vec3:
+    """Three finite numbers, or an InputError of that name."""
     try:
         components: tuple[object, ...] = tuple(value)  # type: ignore[arg-type]
     except TypeError:
@@ -31,6 +33,7 @@ def vector(name: str, value: object) -> Vec3:
 
 
 def colour(name: str, value: object) -> Vec3:
+    """Three numbers, none negative, or an InputError of that name."""
     rgb = vector(name, value)
     if min(rgb) < 0:
         raise InputError(name, value, "three numbers, none negative")
@@ -38,10 +41,12 @@ def colour(name: str, value: object) -> Vec3:
 
 
 def cross(a: Vec3, b: Vec3) -> Vec3:
+    """Cross product of two vectors."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 def unit(name: str, v: Vec3) -> Vec3:
+    """A vector of length one along v; an InputError of that name where v is zero."""
     scale = max(map(abs, v))  # first: squares of 1e-200 vanish
     if scale == 0:
         raise InputError(name, v, "a vector that is not zero")

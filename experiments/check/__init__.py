@@ -1,0 +1,1 @@
+"""The main job: a question about a scene, and its answer."""

@@ -1,5 +1,6 @@
 """What is known of a row before its data: whether pixels share their light points, Mitsuba's own variance for the
-same strategy, and where its ray offset is known to be wrong."""
+same strategy, and where its ray offset is known to be wrong.
+"""
 
 from __future__ import annotations
 

@@ -137,7 +137,6 @@ def command(
 
     With IMAGEs (.png, .exr, .pfm, .hdr, .npy) or a --renderer those are judged in place of ours.
     """
-
     said = said_in(context)
     mode_of(any(map(is_image, scenes)), external.renderer, until.until_decided).refuse_others(said)
     asked = [*_classic(classic, estimator), *(Asked(name, kind) for name in scenes for kind in estimator or (None,))]

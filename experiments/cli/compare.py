@@ -20,7 +20,6 @@ def command(baseline: Path, results: Path, alpha: float) -> None:
     \b
     nusselt compare baseline.json out/results.json
     """
-
     found = compare(baseline, results, alpha)
     for line in found.lines():
         click.echo(line)

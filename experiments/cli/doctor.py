@@ -14,7 +14,6 @@ from nusselt.mitsuba_bridge.llvm import backend_report
 @click.command()
 def command() -> None:
     """Versions, variants, which LLVM and why; what is missing and the command that mends it."""
-
     told = console()
     for name, value in machine().items():
         told.print(f"{name:20} {value}", markup=False)

@@ -21,7 +21,6 @@ def command(*, scene: str, output: Path, reading: Reading) -> None:
     A purely diffuse one loads in the stock `mitsuba` executable; a glossy one needs
     `python -m nusselt.mitsuba_bridge render SCENE.xml`, which registers the Phong surface first.
     """
-
     read = reading.scene(scene)
     for note in (*read.warnings, *export_scene(read, output)):
         click.echo(note, err=True)

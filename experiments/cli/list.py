@@ -13,7 +13,6 @@ from nusselt.renderer.estimators import ESTIMATORS
 @click.command(name="list")
 def command() -> None:
     """Scenes, estimators and experiments, one line each."""
-
     click.echo("scenes")
     for name in (*catalogue.CLASSIC, *GENERATED):
         click.echo(f"  {name:18} {catalogue.summary(name)}")

@@ -31,7 +31,6 @@ def command(
     *, scene: str, output: Path, margin: float, seed: int, timeout: float, cache: Path | None, reading: Reading
 ) -> None:
     """Write Mitsuba's reference of SCENE to a file, for places without Mitsuba: nusselt check --reference."""
-
     if output.suffix != ".npz":
         raise InputError("output", str(output), "a name that ends in .npz")
     question = Question(margin=margin, seed=seed, timeout=timeout)

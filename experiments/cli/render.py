@@ -38,7 +38,6 @@ def command(
     nusselt render cornell --samples 25 --stratify -o cornell.png
     nusselt render mesh --error 1e-3 -o mesh.png
     """
-
     check_image_name(output)
     drawing = Drawing(estimator=estimator, **vars(sampling), error=error)
     read = reading.scene(scene, drawing.pixel_rule)

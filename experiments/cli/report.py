@@ -23,7 +23,6 @@ def command(folder: Path, output: Path) -> None:
     \b
     nusselt check --classic --out out; nusselt report out -o report.html
     """
-
     with progress_bar("report") as tell:
         rows = write_report(folder, output, tell)
     sys.exit(EXIT["as claimed" if rows else "not as claimed"])

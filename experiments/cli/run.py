@@ -51,7 +51,6 @@ def command(
     nusselt run all --quick --out out
     nusselt run variance-table convergence --with my_module:Mine --out out
     """
-
     experiments = chosen(names, EXPERIMENTS)
     settings = Settings(quick, seed, scenes, own=own_of(own.with_estimator, own.with_renderer))
     for experiment in experiments:

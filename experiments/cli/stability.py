@@ -46,7 +46,6 @@ def command(*, cases: tuple[str, ...], quick: bool, seed: int, output: Output) -
     nusselt stability --out out
     nusselt stability my-cases.json --json -
     """
-
     sys.exit(run_stability(cases, Request(Settings(quick, seed), **vars(output))))
 
 

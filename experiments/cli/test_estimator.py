@@ -35,7 +35,6 @@ def command(estimator: str, target: str | None, seed: int) -> None:
     \b
     nusselt test-estimator my_package.my_module:MyEstimator
     """
-
     sys.exit(run_trials(estimator, seed, target))
 
 

@@ -124,7 +124,6 @@ def compare(
 
 def _found_out(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Reference, renders: Renders) -> Quantiser:
     """The rule under which the images lie nearer to the truth."""
-
     both = {rule: two_sides(seen, raws, replace(quantiser, rule=rule), truth, renders) for rule in RULES}
     some = ~seen.unjudged
     for sides in both.values():

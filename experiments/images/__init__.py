@@ -1,0 +1,1 @@
+"""Images of others: formats, transfer curves, levels."""

@@ -1,0 +1,1 @@
+"""Rows, and all that is made of them: tables, figures, files, the report."""

@@ -88,7 +88,7 @@ def percent(value: Any, digits: int = 3, sign: bool = False, unit: str = " %") -
 
 
 def count(number_of: int, what: str) -> str:
-    """ "1 row", "2 rows"."""
+    """A number and its noun: "1 row", "2 rows"."""
     return f"{number_of} {what}{'' if number_of == 1 else 's'}"
 
 

@@ -1,0 +1,1 @@
+"""Scenes: the classic ones, procedural ones, cameras, and shapes to build from."""

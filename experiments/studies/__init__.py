@@ -1,0 +1,1 @@
+"""The experiments, one a file or folder, listed in `suite`."""

@@ -24,6 +24,7 @@ def compare(scene: Scene, samples: int, passes: int, seed: int) -> Outcome:
 
 
 def jobs(settings: Settings) -> list[Job]:
+    """One a scene."""
     width, passes = settings.pick((320, 32), (64, 8), (12, 4))
     scenes = settings.chosen(ANALYTIC.scenes)
     for scene in scenes:
@@ -39,6 +40,7 @@ def jobs(settings: Settings) -> list[Job]:
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """Images, and error against samples."""
     found = {}
     for outcome in outcomes:
         row, arrays = outcome.rows[0], outcome.arrays

@@ -57,6 +57,7 @@ def timed(light: str, form: str, exponent: float | None, repeats: int, points: i
 
 
 def jobs(settings: Settings) -> list[Job]:
+    """One a light, form and exponent, each with the machine to itself."""
     repeats, points = settings.pick((3, POINTS), (2, 2048), (1, 16))
     seed = settings.seed_of("cost")
     asked: list[tuple[str, str, float | None]] = [(light, "irradiance", None) for light in LIGHTS]
@@ -72,6 +73,7 @@ def jobs(settings: Settings) -> list[Job]:
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """Milliseconds, every repeat a mark."""
     rows = [outcome.rows[0] for outcome in outcomes]
     figure = canvas(9, 0.4 * len(rows) + 1.6)
     axis = figure.subplots()

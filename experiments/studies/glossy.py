@@ -50,6 +50,7 @@ def compare(scene: Scene, exponent: float, passes: int, seed: int) -> Outcome:
 
 
 def jobs(settings: Settings) -> list[Job]:
+    """One a scene and exponent."""
     width, passes = settings.pick((240, 32), (48, 16), (8, 4))
     scenes = settings.chosen(GLOSSY.scenes)
     for scene in scenes:
@@ -68,6 +69,7 @@ def jobs(settings: Settings) -> list[Job]:
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """A strip of images, and error against the exponent."""
     found = {}
     for scene in dict.fromkeys(outcome.rows[0]["scene"] for outcome in outcomes):
         some = [outcome for outcome in outcomes if outcome.rows[0]["scene"] == scene]

@@ -145,6 +145,7 @@ def _times(light: Light, factor: float) -> Light:
 
 
 def jobs(settings: Settings) -> list[Job]:
+    """Limits, the rule of thumb, and images."""
     width = settings.pick(240, 64, 12)
     found = [Job(order, {"limit": limit}) for limit in LIMITS]
     found += [Job(thumb, {"height": height}) for height in HEIGHTS]
@@ -152,6 +153,7 @@ def jobs(settings: Settings) -> list[Job]:
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """How fast each limit is reached, and the images."""
     limits = [outcome for outcome in outcomes if "errors" in outcome.arrays]
     lines = {o.rows[0]["what"]: (o.arrays["sizes"].tolist(), o.arrays["errors"].tolist()) for o in limits}
     order_figure = curves(lines, "size (angle) of the light", "relative difference from its limit", "Lights as limits")

@@ -89,6 +89,7 @@ def jobs(settings: Settings) -> list[Job]:
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """Seconds and bytes against triangles and pixels."""
     rows = [outcome.rows[0] for outcome in outcomes]
     drawn = canvas(9, 4)
     for axis, series in zip(drawn.subplots(1, 2), ("triangles", "pixels"), strict=True):

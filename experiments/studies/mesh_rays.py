@@ -90,12 +90,14 @@ def _shadows(source: Source, view: ShadingPoints, points: int) -> tuple[int, flo
 
 
 def jobs(settings: Settings) -> list[Job]:
+    """One a size of mesh."""
     counts, side, points, repeats = settings.pick((COUNTS, 256, 13, 3), ((2_000, 8_000), 64, 3, 1), ((500,), 12, 1, 1))
     rest = {"side": side, "points": points, "repeats": repeats}
     return [Job(measure, {"triangles": count} | rest, alone=True) for count in counts]
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """Rays a second."""
     rows = [row for outcome in outcomes for row in outcome.rows]
     drawn = canvas(7, 4.5)
     axis = drawn.subplots()

@@ -51,10 +51,12 @@ def compare(seed: int, count: int) -> Outcome:
 
 
 def jobs(settings: Settings) -> list[Job]:
+    """One."""
     return [Job(compare, {"seed": settings.seed_of("nusselt-analog"), "count": settings.pick(200, 14, 1)})]
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """The light, its projection, its area on the disk."""
     emblem = outcomes[0].rows[0]
     return {"emblem": draw(emblem["disk_area"], emblem["irradiance"])}
 

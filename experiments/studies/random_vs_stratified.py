@@ -35,6 +35,7 @@ def compare(scene: Scene, samples: Sequence[int], seed: int) -> Outcome:
 
 
 def jobs(settings: Settings) -> list[Job]:
+    """One a scene."""
     width, samples = settings.pick((320, SAMPLES), (64, SAMPLES[:4]), (12, SAMPLES[:2]))
     return [
         Job(compare, {"scene": small(scene, width), "samples": samples, "seed": settings.seed_of(scene.name)})
@@ -43,6 +44,7 @@ def jobs(settings: Settings) -> list[Job]:
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """The strip of images, and error against samples."""
     found = {}
     for outcome in outcomes:
         name, counts = outcome.rows[0]["scene"], [row["samples"] for row in outcome.rows]

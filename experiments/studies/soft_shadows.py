@@ -26,6 +26,7 @@ def compare(scene: Scene, samples: Sequence[int], seed: int) -> Outcome:
 
 
 def jobs(settings: Settings) -> list[Job]:
+    """One a scene."""
     width, samples = settings.pick((256, SAMPLES), (48, SAMPLES[:3]), (12, SAMPLES[:2]))
     return [
         Job(compare, {"scene": small(scene, width), "samples": samples, "seed": settings.seed_of(scene.name)})
@@ -34,6 +35,7 @@ def jobs(settings: Settings) -> list[Job]:
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """The strip of images, and error against samples."""
     found, lines = {}, {}
     for outcome in outcomes:
         name, truth = outcome.rows[0]["scene"], outcome.rows[0]["truth"]

@@ -85,6 +85,7 @@ def compare(scene: Scene, samples: Sequence[int], seed: int) -> Outcome:
 
 
 def jobs(settings: Settings) -> list[Job]:
+    """One a scene."""
     width, samples = settings.pick((128, SAMPLES), (32, SAMPLES[:3]), (8, SAMPLES[:2]))
     scenes = settings.chosen(VISIBILITY_ONLY.scenes)
     for scene in scenes:
@@ -97,6 +98,7 @@ def jobs(settings: Settings) -> list[Job]:
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """The strip of images, and error against samples."""
     found = {}
     for outcome in outcomes:
         scene, truth = outcome.rows[0]["scene"], outcome.rows[0]["truth"]

@@ -15,6 +15,7 @@ import numpy as np
 
 
 def say(**words: Any) -> None:
+    """One line of JSON to the parent."""
     print(json.dumps(words), flush=True)
 
 

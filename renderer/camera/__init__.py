@@ -1,0 +1,1 @@
+"""From image points to what is seen."""

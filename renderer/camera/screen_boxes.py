@@ -154,4 +154,5 @@ def _project(rows: Floats, v: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]
 
 @lru_cache(maxsize=2)
 def kept_boxes(geometry: Geometry, origin: bytes, corners: bytes) -> ImageBoxes:
+    """The boxes of a camera's last images, by the bytes of its place and corners."""
     return ImageBoxes.about(geometry, np.frombuffer(origin).reshape(3, 1), np.frombuffer(corners).reshape(3, 3))

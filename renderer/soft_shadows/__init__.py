@@ -1,0 +1,1 @@
+"""What is left of a light behind occluders, without noise."""

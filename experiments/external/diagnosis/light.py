@@ -22,20 +22,24 @@ def _under(case: Case, detail: str, **changes: object) -> Guess:
 
 
 def missing_cosine(case: Case) -> Iterator[Guess]:
+    """No cosine at the surface."""
     yield _under(case, "the cosine at the surface is missing", surface_cosine=False)
 
 
 def missing_light_cosine(case: Case) -> Iterator[Guess]:
+    """No cosine at the light."""
     if case.probe.one_sided:
         yield _under(case, "the cosine at the light is missing", facing="all")
 
 
 def wrong_falloff(case: Case) -> Iterator[Guess]:
+    """Another power of the distance."""
     yield _under(case, "divided by the distance, not by its square", falloff=1)
     yield _under(case, "not divided by the distance", falloff=0)
 
 
 def two_sided_light(case: Case) -> Iterator[Guess]:
+    """Lights that shine to both sides, whether or not they are seen so."""
     if case.probe.one_sided:
         both = _under(case, "lights emit on both sides", facing="both")
         yield both
@@ -44,6 +48,7 @@ def two_sided_light(case: Case) -> Iterator[Guess]:
 
 
 def light_flipped(case: Case) -> Iterator[Guess]:
+    """Lights that shine to the other side, whether or not they are seen so."""
     if case.probe.one_sided:
         flipped = _under(case, "lights emit on their back", facing="back")
         yield flipped
@@ -94,27 +99,33 @@ def light_self_shadow(case: Case) -> Iterator[Guess]:
 
 
 def short_shadow_rays(case: Case) -> Iterator[Guess]:
+    """Shadow rays that end before the light."""
     yield _under(case, "shadow rays end 1 % short of the light", visibility="short")
 
 
 def no_shadows(case: Case) -> Iterator[Guess]:
+    """No shadow rays."""
     yield _under(case, "nothing casts a shadow", visibility="none")
 
 
 def missing_pi(case: Case) -> Iterator[Guess]:
+    """A diffuse lobe pi times too bright."""
     yield _under(case, "the diffuse albedo is not divided by pi", over_pi=False)
 
 
 def unclamped_phong(case: Case) -> Iterator[Guess]:
+    """A lobe of negative cosines."""
     if case.probe.sight.points.is_glossy:
         yield _under(case, "negative cosines of the Phong lobe are not cut off", lobe="unclamped")
 
 
 def phong_normalisation(case: Case) -> Iterator[Guess]:
+    """Another constant before the lobe."""
     if case.probe.sight.points.is_glossy:
         yield _under(case, "the Phong lobe has (s+1) for (s+2)", lobe="s+1")
 
 
 def missing_lobe(case: Case) -> Iterator[Guess]:
+    """No glossy lobe."""
     if case.probe.sight.points.is_glossy:
         yield _under(case, "the Phong lobe is missing", lobe="none")

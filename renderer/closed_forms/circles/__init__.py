@@ -1,0 +1,1 @@
+"""Closed forms over what circles and ellipses bound."""

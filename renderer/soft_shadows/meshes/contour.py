@@ -234,7 +234,8 @@ def before_corner(cut: Pieces, at: Floats, jump: Ints, spot: Floats, within: Int
 
 def on_left(cut: Pieces, rim: Rim) -> tuple[Floats, Ints]:
     """For every piece's beginning, then every end: how far up the light's left (q, or 2 if not there) w changes, and
-    by how much; (2 m,)."""
+    by how much; (2 m,).
+    """
     at = [
         np.where((side == 0) | ((side == 4) & take(rim.rising, cut.owner)), q, 2.0)
         for side, q in ((cut.enters, cut.q[0]), (cut.leaves, cut.q[1]))
