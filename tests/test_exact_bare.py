@@ -9,6 +9,7 @@ from builders import scene
 from nusselt.renderer.estimators import Exact
 from nusselt.renderer.geometry.arrays import build_geometry
 from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.lobes import Lambert, Phong
 from nusselt.renderer.needs import Source
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.soft_shadows.convex import integrals
@@ -39,10 +40,9 @@ def before(rng, light, n):
     below = np.minimum((normal * mirror).sum(axis=0), 0)
     flat = np.zeros((3, n))
     share = rng.choice([0.0, 0.5, 1.0])
-    return ShadingPoints(
-        x, normal, mirror, mirror - 2 * below * normal, flat + 1 - share, flat + share, rng.choice(EXPONENTS, n),
-        np.full(n, -1), np.zeros(n, dtype=bool),
-    )  # fmt: skip
+    columns = {"diffuse": flat + 1 - share, "specular": flat + share, "shininess": rng.choice(EXPONENTS, n)}
+    flags = np.full(n, -1), np.zeros(n, dtype=bool)
+    return ShadingPoints(x, normal, mirror, mirror - 2 * below * normal, (Lambert, Phong), columns, *flags)
 
 
 def held(seed, lights, count):

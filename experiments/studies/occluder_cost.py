@@ -19,6 +19,7 @@ import numpy as np
 from nusselt.renderer.estimators import ControlVariate, Estimator, Exact
 from nusselt.renderer.geometry.arrays import build_geometry
 from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.lobes import Lambert
 from nusselt.renderer.needs import Source
 from nusselt.renderer.scene import Camera, Scene
 from nusselt.renderer.shading import ShadingPoints
@@ -52,8 +53,8 @@ def floor_points(count: int, seed: int) -> ShadingPoints:
     rng = np.random.default_rng(seed)
     position = rng.uniform(-0.8, 0.8, (3, count)) * np.array([[1.0], [0.0], [1.0]])
     up = np.broadcast_to(np.array([[0.0], [1.0], [0.0]]), (3, count)).copy()
-    grey, nothing = np.full((3, count), 0.5), np.zeros((3, count))
-    return ShadingPoints(position, up, up, up, grey, nothing, np.ones(count), np.full(count, -1), np.zeros(count, bool))
+    grey = np.full((3, count), 0.5)
+    return ShadingPoints(position, up, up, up, (Lambert,), {"diffuse": grey}, np.full(count, -1), np.zeros(count, bool))
 
 
 def _timed(run: Callable[[], Floats], repeats: int) -> tuple[Floats, list[float]]:
