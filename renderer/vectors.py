@@ -23,8 +23,8 @@ def column(v: ArrayLike) -> Floats:
 
 
 def chosen(v: Floats, index: Ints) -> Floats:
-    """The columns ``index`` (k,) of vectors (3, n), or the one (3, 1) that stands for all."""
-    return v if v.shape[1] == 1 else v[:, index]
+    """The columns ``index`` (k,), ascending, of vectors (3, n), or the one (3, 1) that stands for all."""
+    return v if v.shape[1] in (1, index.size) else v[:, index]
 
 
 def dot(a: Floats, b: Floats) -> Floats:

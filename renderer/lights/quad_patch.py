@@ -9,7 +9,7 @@ import numpy as np
 
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, chosen
+from nusselt.renderer.vectors import Floats
 
 from .facing import faced_by
 
@@ -45,8 +45,7 @@ def quad_patch(points: ShadingPoints, corner: Floats, ab: Floats, ac: Floats, gl
             raise InputError(
                 kind.title, "over a parallelogram", "a lobe with a closed form, or an estimator that samples"
             )
-        lit = points if k.size == points.count else points.take(k)
-        value, bound = kind.patch(lit, *(chosen(v, k) for v in (corner, ab, ac)))
+        value, bound = kind.patch(points, k, corner, ab, ac)
         share = albedo[:, k] * value
         out[:, k] += share
         error[:, k] += share * bound

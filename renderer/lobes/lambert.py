@@ -19,14 +19,14 @@ from nusselt.renderer.vectors import Floats, Ints, chosen, dot
 from .protocol import Contour, Estimate, Parameter, PatchForm, ShadingPoints
 
 
-def _over_patch(points: ShadingPoints, corner: Floats, ab: Floats, ac: Floats) -> Estimate:
+def _over_patch(points: ShadingPoints, index: Ints, corner: Floats, ab: Floats, ac: Floats) -> Estimate:
     """The irradiance over pi."""
-    heights = [dot(points.normal, v - points.position) for v in (corner, corner + ab, corner + ac, corner + ab + ac)]
+    x, n, corner, ab, ac = (chosen(v, index) for v in (points.position, points.normal, corner, ab, ac))
+    heights = [dot(n, v - x) for v in (corner, corner + ab, corner + ac, corner + ab + ac)]
     lit = np.flatnonzero(np.maximum.reduce(heights) > 0)  # the others are the dearest, and get nothing
-    value, bound = np.zeros(points.count), np.zeros(points.count)
+    value, bound = np.zeros(index.size), np.zeros(index.size)
     if lit.size:
-        corner, ab, ac = (chosen(v, lit) for v in (corner, ab, ac))
-        power, bound[lit] = irradiance(points.position[:, lit], points.normal[:, lit], corner, ab, ac)
+        power, bound[lit] = irradiance(*(chosen(v, lit) for v in (x, n, corner, ab, ac)))
         value[lit] = power / math.pi
     return value, bound
 

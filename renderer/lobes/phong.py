@@ -15,15 +15,16 @@ from nusselt.renderer.closed_forms.circles.pairing import columns
 from nusselt.renderer.closed_forms.phong_lobe import phong_lobe
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.validation import Vec3, colour, finite
-from nusselt.renderer.vectors import Bools, Floats, Ints, dot
+from nusselt.renderer.vectors import Bools, Floats, Ints, chosen, dot
 
 from .protocol import Contour, Estimate, Parameter, PatchForm, SampledLobe, ShadingPoints
 
 
-def _over_patch(points: ShadingPoints, corner: Floats, ab: Floats, ac: Floats) -> Estimate:
+def _over_patch(points: ShadingPoints, index: Ints, corner: Floats, ab: Floats, ac: Floats) -> Estimate:
     """(s+2)/(2 pi) times the lobe integral."""
-    s = points.shininess
-    power, bound = phong_lobe(points.position, points.normal, points.mirror, s, corner, ab, ac)
+    s = points.shininess[index]
+    x, n, w = (chosen(v, index) for v in (points.position, points.normal, points.mirror))
+    power, bound = phong_lobe(x, n, w, s, *(chosen(v, index) for v in (corner, ab, ac)))
     return (s + 2) / (2 * math.pi) * power, bound
 
 

@@ -67,9 +67,9 @@ class Contour(Protocol):
         """Whether six nodes each way integrate it over a light of half angle ``spread`` (n,) about a way (3, n)."""
 
 
-PatchForm: TypeAlias = Callable[["ShadingPoints", Floats, Floats, Floats], Estimate]
-"""Integral (n,), without albedo, over the parallelogram corner + u ab + v ac, both of whose sides count; and a bound
-of its relative error. The vectors are (3, 1) or (3, n)."""
+PatchForm: TypeAlias = Callable[["ShadingPoints", Ints, Floats, Floats, Floats], Estimate]
+"""Integral (k,) at the points ``index`` (k,), ascending, without albedo, over the parallelogram corner + u ab + v ac,
+both of whose sides count; and a bound of its relative error. The vectors are (3, 1) or (3, n)."""
 
 
 class Lobe(Protocol):
@@ -116,10 +116,7 @@ class SampledLobe:
     glossy: ClassVar[bool] = True
     patch: ClassVar[PatchForm | None] = None
     contour: ClassVar[Contour | None] = None
-
-    @classmethod
-    def evaluate(cls, points: ShadingPoints, d: Floats, length: Floats) -> Floats:
-        raise NotImplementedError(f"{cls.__name__} does not say its function")
+    evaluate: ClassVar[Callable[..., Floats]]
 
     @classmethod
     def over_beams(cls, points: ShadingPoints, arriving: Floats, d: Floats, length: Floats) -> Floats:
