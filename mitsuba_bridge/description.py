@@ -24,6 +24,7 @@ from nusselt.renderer.vectors import Floats
 
 from .lights import SIZE, approximations, described, rgb
 from .limits import close_blockers
+from .lobes import is_stock, surface
 from .ply import write_ply
 from .tessellation import tessellate
 
@@ -42,7 +43,7 @@ class Description:
     shapes : list of dict
         kind (ply, sphere, rectangle), its placement, ``bsdf`` (an index) and ``emission``, seen but no light.
     bsdfs : list of dict
-        kind (diffuse, modified_phong) and its colours.
+        kind, Mitsuba's type, and its parameters: numbers, and colours as lists; see `lobes.surface`.
     lights : list of dict
         kind (rectangle, disk, point, directional), placement, colour, and whether it has a ``body`` that stays as a
         black blocker where it is not lit; in the scene's order.
@@ -68,8 +69,8 @@ class Description:
 
     @property
     def is_glossy(self) -> bool:
-        """Whether it needs the Phong surface, which the stock `mitsuba` executable does not have."""
-        return any(bsdf["kind"] == "modified_phong" for bsdf in self.bsdfs)
+        """Whether it needs a surface that the stock `mitsuba` executable does not have."""
+        return not all(is_stock(bsdf["kind"]) for bsdf in self.bsdfs)
 
     def as_json(self) -> dict[str, Any]:
         return asdict(self)
@@ -88,18 +89,6 @@ def extent(scene: Scene) -> tuple[Floats, float]:
     low, high = every.min(axis=1), every.max(axis=1)
     half = float((high - low).max()) / 2
     return (low + high) / 2, half if half > 0 else 1.0
-
-
-def _bsdf(material: Material) -> dict[str, Any]:
-    """Stock `diffuse` wherever it can say the material: no lobe, and no albedo above one."""
-    if not material.is_glossy and max(material.diffuse) <= 1:
-        return {"kind": "diffuse", "reflectance": rgb(material.diffuse)}
-    return {
-        "kind": "modified_phong",
-        "kd": rgb(material.diffuse),
-        "ks": rgb(material.specular),
-        "exponent": float(material.shininess),
-    }
 
 
 def _camera(scene: Scene, place: Any, size: float) -> dict[str, Any]:
@@ -159,7 +148,7 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
     shapes: list[dict[str, Any]] = []
 
     def add(shape: dict[str, Any], material: Material) -> None:
-        bsdf = _bsdf(material)
+        bsdf = surface(material)
         if bsdf not in bsdfs:
             bsdfs.append(bsdf)
         shapes.append({**shape, "bsdf": bsdfs.index(bsdf), "emission": rgb(material.emission)})

@@ -37,10 +37,11 @@ def _point(kind: str, name: str, value: list[float]) -> str:
 
 def _bsdf(bsdf: dict[str, Any], number: int, two_sided: bool) -> Lines:
     name = f"id={quoteattr(f'bsdf{number}')}"
-    if bsdf["kind"] == "diffuse":
-        inside = [_rgb("reflectance", bsdf["reflectance"])]
-    else:
-        inside = [_rgb("kd", bsdf["kd"]), _rgb("ks", bsdf["ks"]), _tag("float", "exponent", _number(bsdf["exponent"]))]
+    inside = [
+        _tag("float", key, _number(value)) if isinstance(value, float) else _rgb(key, value)
+        for key, value in bsdf.items()
+        if key != "kind"
+    ]
     kind = quoteattr(bsdf["kind"])
     if two_sided:
         return [f'<bsdf type="twosided" {name}>', f"<bsdf type={kind}>", *inside, "</bsdf>", "</bsdf>"]

@@ -14,9 +14,11 @@ import numpy as np
 from nusselt.renderer.vectors import Ints
 from nusselt.renderer.visibility.ray_offset import RayOffset
 
+from . import lobes
 from .geometry.arrays import Geometry
 from .geometry.flat_disks import disk_hull
 from .lights import Light
+from .lobes import Lobe
 from .scene import Scene
 from .vectors import Floats, dot
 from .visibility.segments import Blockers, plane_bound
@@ -51,7 +53,7 @@ class Source:
     blockers : Blockers
         Surfaces that may stand between it and a surface it lights.
     glossy : bool
-        Whether any surface has a lobe.
+        Whether any surface has a lobe besides Lambert's.
     """
 
     index: int
@@ -62,6 +64,21 @@ class Source:
     @property
     def has_extent(self) -> bool:
         return self.light.has_extent
+
+    @property
+    def lobes(self) -> tuple[type[Lobe], ...]:
+        """That are evaluated."""
+        return tuple(kind for kind in self.blockers.geometry.lobes if self.glossy or not kind.glossy)
+
+    @property
+    def without_form(self) -> tuple[type[Lobe], ...]:
+        """The lobes of surfaces for which the light has no closed form: they are to be sampled."""
+        return tuple(kind for kind in self.lobes if not self.light.has_form(kind))
+
+    @property
+    def without_contour(self) -> tuple[type[Lobe], ...]:
+        """The lobes of surfaces without boundary integrals: they are to be sampled behind blockers."""
+        return tuple(kind for kind in self.lobes if kind.contour is None)
 
     def seen_from(self, points: Floats) -> Source:
         """With only the blockers that can matter to these points (3, n)."""
@@ -96,18 +113,19 @@ class Needs:
         return any(not source.blockers.none for source in self.sources)
 
     @property
+    def without_form(self) -> bool:
+        """Whether any light has no closed form for a lobe that it meets."""
+        return any(source.without_form for source in self.sources)
+
+    @property
     def random(self) -> bool:
         """Whether any light has an extent to be sampled."""
         return any(source.has_extent for source in self.sources)
 
 
-def _reflecting(geometry: Geometry) -> Floats:
-    return (geometry.diffuse.max(axis=0, initial=0) > 0) | (geometry.specular.max(axis=0, initial=0) > 0)
-
-
 def _receivers(geometry: Geometry) -> Floats:
     """Points whose convex hull holds every reflecting surface, (3, m)."""
-    lit = _reflecting(geometry)
+    lit = geometry.reflects
     on = np.flatnonzero(lit[geometry.triangle_surface])
     extent = np.sqrt((geometry.axes**2).sum(axis=2)).T  # half-sides of each ellipsoid's box, (3, e)
     signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, 1, 8)
@@ -137,7 +155,7 @@ def _blockers(geometry: Geometry, light: Light, receivers: Floats) -> Blockers:
     points, at_infinity = light.hull(), light.at_infinity
     found = Blockers.everything(geometry).between(receivers, points, at_infinity)
     found = replace(found, disks=_before(geometry, light, found.disks))
-    lit = np.flatnonzero(_reflecting(geometry)[geometry.triangle_surface])
+    lit = np.flatnonzero(geometry.reflects[geometry.triangle_surface])
     # Beyond a few thousand, their planes tell little.
     if geometry.ellipsoids or found.triangles.size * lit.size > PAIRS or found.triangles.size == 0:
         return found
@@ -185,6 +203,16 @@ def _before(geometry: Geometry, light: Light, disks: Ints) -> Ints:
     return disks[np.array(rises, dtype=bool)]
 
 
+def _lobes_left_out(scene: Scene, geometry: Geometry) -> list[LeftOut]:
+    """The kinds of lobe that are not evaluated."""
+    evaluated = geometry.lobes if scene.is_glossy else ()
+    return [
+        LeftOut(kind.title, f"no surface has a {kind.PARAMETERS[0].name} albedo")
+        for kind in lobes.LOBES
+        if kind.glossy and kind not in evaluated
+    ]
+
+
 def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Needs:
     """Look at a scene once and decide what its image takes.
 
@@ -216,8 +244,8 @@ def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Ne
         if not light.has_extent:
             left_out.append(LeftOut(f"further samples of {name}", "it has no extent"))
         sources.append(Source(index, light, blockers, scene.is_glossy))
-    if scene.lights and not scene.is_glossy:
-        left_out.append(LeftOut("the glossy lobe", "no surface has a specular albedo"))
+    if scene.lights:
+        left_out += _lobes_left_out(scene, geometry)
     if not scene.ellipsoids:
         left_out.append(LeftOut("sphere intersections", "the scene has no spheres"))
     if not scene.lights:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -10,15 +11,18 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from . import lobes
 from .errors import InputError
+from .lobes import Lambert, Lobe, Phong
+from .lobes.protocol import from_values, values_of
 from .validation import Vec3, colour, finite, vector
 
 Floats: TypeAlias = NDArray[np.floating[Any]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Material:
-    """Lambert plus modified Phong, and emission that is seen but lights nothing.
+    """Lambert plus modified Phong plus any further lobes, and emission that is seen but lights nothing.
 
     f = diffuse/pi + specular (shininess + 2)/(2 pi) max(r.w, 0)^shininess, with r the mirror direction of
     the viewer (Lafortune & Willems 1994). At shininess 0 the lobe is 1 where r.w > 0 and 0 elsewhere.
@@ -31,23 +35,62 @@ class Material:
         Phong exponent, at least 0.
     emission : Vec3
         Radiance seen directly, W m^-2 sr^-1. It is not a light.
+    further : tuple of Lobe
+        Lobes of other kinds, at most one of each; black ones are dropped.
     """
 
     diffuse: Vec3 = (0.0, 0.0, 0.0)
     specular: Vec3 = (0.0, 0.0, 0.0)
     shininess: float = 1.0
     emission: Vec3 = (0.0, 0.0, 0.0)
+    further: tuple[Lobe, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("diffuse", "specular", "emission"):
-            object.__setattr__(self, name, colour(name, getattr(self, name)))
-        object.__setattr__(self, "shininess", finite("shininess", self.shininess))
-        if self.shininess < 0:
-            raise InputError("shininess", self.shininess, "an exponent of at least 0")
+        for lobe in (Lambert(self.diffuse), Phong(self.specular, self.shininess)):
+            for name, value in values_of(lobe).items():
+                object.__setattr__(self, name, value)
+        object.__setattr__(self, "emission", colour("emission", self.emission))
+        object.__setattr__(self, "further", _further(self.further))
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any], emission: Vec3 = (0.0, 0.0, 0.0)) -> Material:
+        """The material of these parameters of lobes, by their names; what is not named is its kind's default."""
+        named = {name: values[name] for name in NAMED if name in values}
+        others = (kind for kind in lobes.LOBES if kind not in (Lambert, Phong))
+        return cls(**named, emission=emission, further=tuple(from_values(kind, values) for kind in others))
+
+    @property
+    def lobes(self) -> tuple[Lobe, ...]:
+        """All of them; Lambert's and Phong's even if they are black."""
+        return Lambert(self.diffuse), Phong(self.specular, self.shininess), *self.further
 
     @property
     def is_glossy(self) -> bool:
-        return max(self.specular) > 0
+        """Whether it has a lobe besides Lambert's."""
+        return any(lobe.glossy and max(lobe.albedo) > 0 for lobe in self.lobes)
+
+    def __repr__(self) -> str:
+        """With what it has: digests rest on it, and do not change where a kind of lobe is new."""
+        names = [*NAMED, "emission", *(("further",) if self.further else ())]
+        return f"Material({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
+
+
+NAMED = tuple(parameter.name for kind in (Lambert, Phong) for parameter in kind.PARAMETERS)
+"""The parameters that are fields of a material."""
+
+
+def _further(given: Iterable[Lobe]) -> tuple[Lobe, ...]:
+    """Checked, in the order of `LOBES`, without the black ones."""
+    known = lobes.LOBES
+    for lobe in given:
+        if type(lobe) not in known or isinstance(lobe, (Lambert, Phong)):
+            raise InputError(
+                "material lobe", type(lobe).__name__, "a kind that LOBES lists, other than Lambert and Phong"
+            )
+    there = sorted((lobe for lobe in given if max(lobe.albedo) > 0), key=lambda lobe: known.index(type(lobe)))
+    if len({type(lobe) for lobe in there}) < len(there):
+        raise InputError("material lobes", ", ".join(lobe.kind for lobe in there), "one of each kind")
+    return tuple(there)
 
 
 @dataclass(frozen=True, eq=False)

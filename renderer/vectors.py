@@ -22,6 +22,11 @@ def column(v: ArrayLike) -> Floats:
     return np.asarray(v, dtype=np.float64).reshape(3, 1)
 
 
+def chosen(v: Floats, index: Ints) -> Floats:
+    """The columns ``index`` (k,), ascending, of vectors (3, n), or the one (3, 1) that stands for all."""
+    return v if v.shape[1] in (1, index.size) else v[:, index]
+
+
 def dot(a: Floats, b: Floats) -> Floats:
     """Dot product over the first axis."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

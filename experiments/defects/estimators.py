@@ -9,8 +9,9 @@ import numpy as np
 
 from nusselt.renderer.lights import Light, PointLight, QuadLight, SunLight
 from nusselt.renderer.lights.sampling import unit_square
+from nusselt.renderer.lobes import Phong
 from nusselt.renderer.needs import Source
-from nusselt.renderer.shading import ShadingPoints, lobe, reflect
+from nusselt.renderer.shading import ShadingPoints, reflect
 from nusselt.renderer.vectors import Floats, dot
 from nusselt.renderer.visibility.segments import Blockers
 
@@ -92,7 +93,7 @@ def no_pi() -> Altered:
     """The diffuse albedo not divided by pi."""
 
     def brighter(points: ShadingPoints, d: Floats, weight: Floats, glossy: bool) -> Floats:
-        return reflect(replace(points, diffuse=points.diffuse * math.pi), d, weight, glossy)
+        return reflect(points.with_columns(diffuse=points.diffuse * math.pi), d, weight, glossy)
 
     return Altered(reflect=brighter)
 
@@ -102,7 +103,7 @@ def other_norm() -> Altered:
 
     def dimmer(points: ShadingPoints, d: Floats, weight: Floats, glossy: bool) -> Floats:
         factor = (points.shininess + 1) / (points.shininess + 2)
-        return reflect(replace(points, specular=points.specular * factor), d, weight, glossy)
+        return reflect(points.with_columns(specular=points.specular * factor), d, weight, glossy)
 
     return Altered(reflect=dimmer)
 
@@ -113,7 +114,7 @@ def unclamped_lobe() -> Altered:
     def signed(points: ShadingPoints, d: Floats, weight: Floats, glossy: bool) -> Floats:
         length = _length(d)
         arriving = weight * np.maximum(dot(points.normal[:, :, None], d), 0) / length
-        behind = lobe(replace(points, mirror=-points.mirror), d, length)
+        behind = Phong.evaluate(replace(points, mirror=-points.mirror), d, length)
         return reflect(points, d, weight, glossy) - points.specular * (arriving * behind).sum(axis=1)
 
     return Altered(reflect=signed)

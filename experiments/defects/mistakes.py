@@ -17,11 +17,12 @@ from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.lights.sampling import random_beams
+from nusselt.renderer.lobes import Phong
 from nusselt.renderer.needs import Source
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.radiance import reflected
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.shading import ShadingPoints, lobe
+from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.surfaces import Material, Mesh
 from nusselt.renderer.vectors import Floats, dot
 
@@ -115,7 +116,7 @@ class NoCosine(Area):
         weight = weight * source.blockers.visible(points.position, points.ellipsoid, d, source.light.at_infinity)
         out = points.diffuse * weight.sum(axis=1) / np.pi
         if source.glossy:
-            out += points.specular * (weight * lobe(points, d, length)).sum(axis=1)
+            out += points.specular * (weight * Phong.evaluate(points, d, length)).sum(axis=1)
         return out
 
 
@@ -130,7 +131,9 @@ class EvenLobe(Area):
         arriving = arriving * source.blockers.visible(points.position, points.ellipsoid, d, source.light.at_infinity)
         turned = replace(points, mirror=-points.mirror)
         out = points.diffuse * arriving.sum(axis=1) / np.pi
-        return out + points.specular * (arriving * (lobe(points, d, length) + lobe(turned, d, length))).sum(axis=1)
+        return out + points.specular * (
+            arriving * (Phong.evaluate(points, d, length) + Phong.evaluate(turned, d, length))
+        ).sum(axis=1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,7 +150,7 @@ class NoGap(Area):
                 weight = weight * ~_hit(points.position, d, p, b, c)
         arriving = weight * np.maximum(dot(points.normal[:, :, None], d), 0) / np.sqrt(dot(d, d))
         out = points.diffuse * arriving.sum(axis=1) / np.pi
-        return out + points.specular * (arriving * lobe(points, d, np.sqrt(dot(d, d)))).sum(axis=1)
+        return out + points.specular * (arriving * Phong.evaluate(points, d, np.sqrt(dot(d, d)))).sum(axis=1)
 
 
 def _hit(origin: Floats, d: Floats, a: Any, b: Any, c: Any) -> Any:
@@ -187,7 +190,7 @@ class DullSamples(Area):
         arriving = weight * np.maximum(dot(points.normal[:, :, None], d), 0) / length
         arriving = arriving * source.blockers.visible(points.position, points.ellipsoid, d, source.light.at_infinity)
         out = points.diffuse * arriving.sum(axis=1) / np.pi
-        return out + points.specular * (arriving * np.minimum(lobe(points, d, length), 1)).sum(axis=1)
+        return out + points.specular * (arriving * np.minimum(Phong.evaluate(points, d, length), 1)).sum(axis=1)
 
 
 PLANTS: tuple[Plant, ...] = (

@@ -22,16 +22,10 @@ def _matrix(rows: list[list[float]]) -> Any:
 
 def bsdf_dict(bsdf: dict[str, Any], two_sided: bool) -> dict[str, Any]:
     """One surface."""
-    found: dict[str, Any]
-    if bsdf["kind"] == "diffuse":
-        found = {"type": "diffuse", "reflectance": _rgb(bsdf["reflectance"])}
-    else:
-        found = {
-            "type": "modified_phong",
-            "kd": _rgb(bsdf["kd"]),
-            "ks": _rgb(bsdf["ks"]),
-            "exponent": float(bsdf["exponent"]),
-        }
+    found: dict[str, Any] = {"type": bsdf["kind"]}
+    for key, value in bsdf.items():
+        if key != "kind":
+            found[key] = float(value) if isinstance(value, int | float) else _rgb(value)
     return {"type": "twosided", "bsdf": found} if two_sided else found
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+
+from nusselt.mitsuba_bridge.lobes import SURFACES
 
 from . import phong
 from .passes import Array
@@ -20,7 +23,8 @@ from .variance import spread
 
 Task = Callable[[dict[str, Any], Path, Progress], dict[str, Array]]
 
-PHONG = phong.register()
+for _module in sorted({surface.module for surface in SURFACES if surface.module}):
+    import_module(f".{_module}", __package__).register()
 
 
 def llvm_version() -> str | None:

@@ -64,9 +64,8 @@ def shading_points(
         normal=normal,
         outgoing=outgoing,
         mirror=2 * np.abs(facing) * normal - outgoing,
-        diffuse=geometry.diffuse[:, surface],
-        specular=geometry.specular[:, surface],
-        shininess=geometry.shininess[surface],
+        lobes=geometry.lobes,
+        columns={name: table[..., surface] for name, table in geometry.columns.items()},
         ellipsoid=np.where(behind, -1, hits.ellipsoid[index]),
         outside=np.zeros(index.size, dtype=bool) if outside is None else outside,
     )

@@ -2,6 +2,7 @@
 
 L_r = U - L A/N sum_k f(w_k) G(x_k) (1 - V_k): a control variate whose integral is known (Owen & Zhou 2000), with
 coefficient one. Unbiased; exact where nothing blocks, and no better than plain sampling where the light is hidden.
+Lights that have no closed form for a surface's lobe are sampled plainly.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from nusselt.renderer.shading import ShadingPoints, reflect
 from nusselt.renderer.vectors import Floats
 
 from .analytic import without_shadows
+from .area import Area
 from .protocol import BLOCK, Claim, square_number
 
 
@@ -36,12 +38,14 @@ class ControlVariate:
             square_number(self.samples)
 
     def claim(self, needs: Needs) -> Claim:
-        return "unbiased" if needs.random and needs.visibility else "exact"
+        return "unbiased" if self.is_random(needs) else "exact"
 
     def is_random(self, needs: Needs) -> bool:
-        return needs.random and needs.visibility
+        return (needs.random and needs.visibility) or needs.without_form
 
     def __call__(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
+        if source.without_form:
+            return Area(samples=self.samples, stratified=self.stratified)(points, source, rng)
         out = without_shadows(points, source)
         if source.blockers.none:
             return out

@@ -3,8 +3,8 @@
 Diffuse and glossy, for parallelograms. Lights without extent take one shadow ray. Big closed meshes are taken
 by their silhouettes (see `penumbra`), on diffuse surfaces: what is claimed there is consistency, and how far it goes
 is what each value's bound says. What it leaves to sampling, and then claims no exactness for: lights that are no
-parallelograms behind blockers, parallelograms behind flat disks, round bodies through a light's plane, and points with
-more than MOST candidates, whose cost grows with the square.
+parallelograms behind blockers, parallelograms behind flat disks, round bodies through a light's plane, points with
+more than MOST candidates, whose cost grows with the square, and lobes without boundary integrals.
 """
 
 from __future__ import annotations
@@ -61,11 +61,14 @@ class Exact:
         return any(_may_sample(source) for source in needs.sources)
 
     def sampled(self, needs: Needs) -> tuple[str, ...]:
-        """Which lights with big meshes before them are left to sampling, and why."""
-        return tuple(
+        """Which lights are left to sampling because of big meshes before them, or of a lobe they meet, and why."""
+        lobes = tuple(
+            f"light {source.index + 1} is sampled: {_unknown(source)}" for source in needs.sources if _unknown(source)
+        )
+        return lobes + tuple(
             f"shadows of light {source.index + 1} are sampled: {why_not(source)}"
             for source in needs.sources
-            if source.blockers.hierarchy is not None and _may_sample(source)
+            if source.blockers.hierarchy is not None and _may_sample(source) and not _unknown(source)
         )
 
     def __call__(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
@@ -86,6 +89,8 @@ class Exact:
                 "shadow origin", "mitsuba", f"another estimator than {self.name}, which traces no shadow rays"
             )
         n, quad = points.count, source.light.parallelogram()
+        if _unknown(source):
+            return self._sampled(points, source, rng), np.full(n, np.inf), {"sampled": n}
         if _by_silhouettes(source):
             return *mesh_radiance(points, source), {"silhouette": n}
         if quad is not None and (not source.blockers.none or not self.shortcuts):
@@ -105,6 +110,16 @@ class Exact:
         if source.has_extent and self.samples < SAMPLES:
             return ControlVariate(samples=SAMPLES, stratified=True)(points, source, rng)
         return ControlVariate(samples=self.samples, stratified=self.stratified)(points, source, rng)
+
+
+def _unknown(source: Source) -> str:
+    """Which lobe has no integral over the light, or over what is left of it; empty if all have."""
+    for kind in source.without_form:
+        return f"{kind.title} has no closed form over a {source.light.kind} light"
+    if source.light.parallelogram() is not None and not source.blockers.none:
+        for kind in source.without_contour:
+            return f"{kind.title} has no boundary integrals"
+    return ""
 
 
 LARGEST = 20_000
@@ -135,6 +150,8 @@ def _by_silhouettes(source: Source) -> bool:
 
 
 def _may_sample(source: Source) -> bool:
+    if _unknown(source):
+        return True
     if not source.has_extent or source.blockers.none:
         return False
     quad = source.light.parallelogram()

@@ -4,13 +4,14 @@ L_r = sum over strata of U_k V(x_k), U_k the stratum's unshadowed radiance and x
 nothing blocks. Within a stratum V is averaged by area and not by the integrand: a bias that vanishes as the strata
 shrink. Never the whole light's U times the mean of V: that bias stays, 4 to 6 % in penumbrae.
 
-Lights that are no parallelogram are taken at the centres of their strata.
+Lights that are no parallelogram, or that have no closed form for a surface's lobe, are taken at the centres of their
+strata.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -41,7 +42,7 @@ class VisibilityAnalytic:
         square_number(self.samples)
 
     def claim(self, needs: Needs) -> Claim:
-        return "consistent" if needs.random and needs.visibility else "exact"
+        return "consistent" if (needs.random and needs.visibility) or needs.without_form else "exact"
 
     def is_random(self, needs: Needs) -> bool:
         return needs.random and needs.visibility
@@ -49,10 +50,10 @@ class VisibilityAnalytic:
     def __call__(self, points: ShadingPoints, source: Source, rng: np.random.Generator) -> Floats:
         if not source.has_extent:
             return VisibilityCentre()(points, source, rng)
-        if source.blockers.none:
-            return without_shadows(points, source)
         quad = source.light.parallelogram()
-        if quad is None:
+        if source.blockers.none and not source.without_form:
+            return without_shadows(points, source)
+        if quad is None or source.without_form:
             return VisibilityCentre(samples=self.samples)(points, source, rng)
         out = np.empty((3, points.count))
         step = max(1, BLOCK // self.samples)
@@ -80,6 +81,5 @@ class VisibilityAnalytic:
         ab, ac = column(light.ab) / side, column(light.ac) / side
         u, v = (centre - 0.5 / side for centre in stratum_centres(self.samples))
         corners = column(light.corner) + column(light.ab) * u + column(light.ac) * v  # (3, N)
-        repeated = ShadingPoints(*(np.repeat(getattr(points, f.name), self.samples, axis=-1) for f in fields(points)))
-        radiance, _ = quad_patch(repeated, np.tile(corners, (1, n)), ab, ac, glossy)
+        radiance, _ = quad_patch(points.repeated(self.samples), np.tile(corners, (1, n)), ab, ac, glossy)
         return radiance.reshape(3, n, self.samples)

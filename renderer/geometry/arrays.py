@@ -5,13 +5,16 @@ The bodies of lights are among them: they are seen, they block, and they reflect
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from nusselt.renderer.lobes import Lobe
+from nusselt.renderer.lobes.protocol import Columns, from_values, values_of
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import FlatDisk, Material
-from nusselt.renderer.vectors import Floats, Ints, cross
+from nusselt.renderer.vectors import Bools, Floats, Ints, cross
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +35,12 @@ class Geometry:
     disk_center, disk_normal : (3, m) float64
         Unit normals of the front.
     disk_radius : (m,) float64
-    diffuse, specular, emission : (3, s) float64
-        Surface tables; ``emission`` is radiance seen from the front.
-    shininess : (s,) float64
+    emission : (3, s) float64
+        Surface table of the radiance seen from the front.
+    lobes : tuple of kinds of lobe
+        That some surface has; Lambert's and Phong's always.
+    columns : mapping
+        Surface tables of their parameters, by name: (3, s) or (s,).
     light : (s,) int64
         Index into ``scene.lights`` of the light this surface is, or -1.
     """
@@ -52,10 +58,9 @@ class Geometry:
     disk_normal: Floats
     disk_radius: Floats
     disk_surface: Ints
-    diffuse: Floats
-    specular: Floats
     emission: Floats
-    shininess: Floats
+    lobes: tuple[type[Lobe], ...]
+    columns: Columns
     light: Ints
 
     @property
@@ -69,6 +74,14 @@ class Geometry:
     @property
     def disks(self) -> int:
         return self.disk_radius.size
+
+    @property
+    def reflects(self) -> Bools:
+        """Surfaces (s,) that have an albedo."""
+        out: Bools = np.zeros(self.light.size, dtype=bool)
+        for kind in self.lobes:
+            out |= self.columns[kind.PARAMETERS[0].name].max(axis=0, initial=0) > 0
+        return out
 
 
 def build_geometry(scene: Scene) -> Geometry:
@@ -91,11 +104,7 @@ def build_geometry(scene: Scene) -> Geometry:
     empty = np.empty((3, 0))
     a, b, c = (np.hstack([empty, *(triple[k] for triple in corners)]) for k in range(3))
     axes = np.array([e.axes for e in scene.ellipsoids]).reshape(-1, 3, 3)
-
-    def table(name: str, width: int = 3) -> Floats:
-        values = np.array([getattr(m, name) for m in surfaces], dtype=np.float64)
-        return values.reshape(len(surfaces), width).T
-
+    lobes, columns = lobe_tables(surfaces)
     return Geometry(
         a=a,
         b=b,
@@ -110,9 +119,21 @@ def build_geometry(scene: Scene) -> Geometry:
         disk_normal=np.array([disk.normal for disk, _ in disks]).reshape(-1, 3).T,
         disk_radius=np.array([disk.radius for disk, _ in disks], dtype=np.float64),
         disk_surface=np.array([surface for _, surface in disks], dtype=np.int64),
-        diffuse=table("diffuse"),
-        specular=table("specular"),
-        emission=table("emission"),
-        shininess=table("shininess", 1).ravel(),
+        emission=np.array([m.emission for m in surfaces], dtype=np.float64).reshape(-1, 3).T,
+        lobes=lobes,
+        columns=columns,
         light=np.array(light_of, dtype=np.int64),
     )
+
+
+def lobe_tables(surfaces: Sequence[Material]) -> tuple[tuple[type[Lobe], ...], Columns]:
+    """The kinds of lobe that surfaces have, and a column of each of their parameters."""
+    of_surface = [{type(lobe): lobe for lobe in material.lobes} for material in (*surfaces, Material())]
+    kinds = tuple(dict.fromkeys(kind for lobes in of_surface for kind in lobes))
+    columns: dict[str, Floats] = {}
+    for kind in kinds:
+        rows = [values_of(lobes.get(kind) or from_values(kind, {})) for lobes in of_surface[:-1]]
+        for parameter in kind.PARAMETERS:
+            table = np.array([row[parameter.name] for row in rows], dtype=np.float64)
+            columns[parameter.name] = table.reshape(-1, 3).T if parameter.is_colour else table
+    return kinds, columns

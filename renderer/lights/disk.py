@@ -9,15 +9,11 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.closed_forms.circles.boundary_integrals import (
-    lambert_arcs,
-    lambert_circles,
-    lobe_arcs,
-    lobe_circles,
-)
 from nusselt.renderer.closed_forms.circles.circles import EPS, CircleArcs
 from nusselt.renderer.closed_forms.circles.cones import ALL, Rounds
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.lobes import Lobe
+from nusselt.renderer.lobes.protocol import Contour
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.surfaces import FlatDisk
 from nusselt.renderer.validation import Vec3, colour, direction, finite, vector
@@ -119,12 +115,15 @@ class DiskLight:
         cancels as distance over radius: at 1e3 radii Lambert is off by 1e-12 (bound 3e-10), at 1e5 by 1e-10 (3e-8).
         """
         out, error = np.zeros_like(points.position), np.zeros_like(points.position)
-        for lobe, albedo in (
-            ((False, points.diffuse), (True, points.specular)) if glossy else ((False, points.diffuse),)
-        ):
+        for kind in points.reflecting(glossy):
+            albedo = points.albedo(kind)
             k = np.flatnonzero(self._reaches(points) & (albedo > 0).any(axis=0))
             if k.size:
-                value, bound = self._contour(points.take(k), lobe)
+                if kind.contour is None:
+                    raise InputError(
+                        kind.title, "over a disk", "a lobe with boundary integrals, or an estimator that samples"
+                    )
+                value, bound = self._contour(points.take(k), kind.contour)
                 out[:, k] += albedo[:, k] * (value / (2 * math.pi))
                 error[:, k] += albedo[:, k] * (bound / (2 * math.pi))
         bound = np.divide(error, out, out=np.zeros_like(out), where=out > 1e-280).max(axis=0)
@@ -137,24 +136,25 @@ class DiskLight:
         top = dot(points.normal, column(self.center) - points.position) + self.radius * np.sqrt(dot(across, across))
         return self._faced(points.position) & (top > 0)
 
-    def _contour(self, points: ShadingPoints, lobe: bool) -> tuple[Floats, Floats]:
-        """Twice the irradiance, or s + 2 times the lobe integral, for unit radiance; and its absolute bound, (n,)."""
+    def has_form(self, kind: type[Lobe]) -> bool:
+        return kind.contour is not None
+
+    def _contour(self, points: ShadingPoints, contour: Contour) -> tuple[Floats, Floats]:
+        """2 pi times a lobe's integral for unit radiance, and its absolute bound, (n,)."""
         cone, shift = self._cones(points.position)
-        n, w, s = points.normal, points.mirror, points.shininess
-        middle, half = (part[0] for part in cone.spans(n[:, None]))
+        middle, half = (part[0] for part in cone.spans(points.normal[:, None]))
         whole = half == ALL
         middle, half = np.where(whole, 0.0, middle), np.where(whole, math.pi, np.maximum(half, 0.0))
         arcs = CircleArcs(cone, middle - half, middle + half)
-        value, bound = lobe_circles(arcs, n, w, s) if lobe else lambert_circles(arcs, n)
+        value, bound = contour.circles(points, arcs)
         cut = np.flatnonzero(~whole & (half > 0))
         if cut.size:
             part = arcs.take(cut)
             start, end = part.cone.direction(part.last), part.cone.direction(part.first)
-            along = (start, end, n[:, cut])
-            share, doubt = lobe_arcs(*along, w[:, cut], s[cut]) if lobe else lambert_arcs(*along)
+            share, doubt = contour.arcs(points, cut, start, end)
             value[cut] += share
             bound[cut] += doubt
-        return np.maximum(value, 0.0), bound + shift * ((s + 2) if lobe else 2)
+        return np.maximum(value, 0.0), bound + shift * contour.peak(points)
 
     def _cones(self, points: Floats) -> tuple[Rounds, Floats]:
         """The disk as points see it, and by how much (n,) rounding moves its rim, times the rim's length: sr."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from nusselt.renderer.shading import ShadingPoints, reflect
 from nusselt.renderer.vectors import Floats, column
 
@@ -15,5 +17,7 @@ CLOSED = 1e-12
 def one_beam(light: Light, points: ShadingPoints, glossy: bool) -> tuple[Floats, Floats]:
     """Its `Light.unshadowed`."""
     d, weight = light.beams(points.position, *one_place())
-    steep = CLOSED * (1 + points.shininess * glossy / 1000)
-    return reflect(points, d, weight, glossy) * column(light.colour), steep
+    steep = np.zeros(points.count)
+    for kind in points.reflecting(glossy):
+        steep = np.maximum(steep, kind.steepness(points))
+    return reflect(points, d, weight, glossy) * column(light.colour), CLOSED * (1 + steep / 1000)

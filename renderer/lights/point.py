@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from nusselt.renderer.lobes import Lobe
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.validation import Vec3, colour, vector
 from nusselt.renderer.vectors import Floats, column, dot
@@ -70,6 +71,9 @@ class PointLight:
 
     def unshadowed(self, points: ShadingPoints, glossy: bool) -> tuple[Floats, Floats]:
         return one_beam(self, points, glossy)
+
+    def has_form(self, kind: type[Lobe]) -> bool:
+        return True
 
     def parallelogram(self) -> None:
         return None

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Protocol
 
+from nusselt.renderer.lobes import Lobe
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.validation import Vec3
 from nusselt.renderer.vectors import Floats
@@ -79,6 +80,9 @@ class Light(Protocol):
 
     def unshadowed(self, points: ShadingPoints, glossy: bool) -> tuple[Floats, Floats]:
         """Reflected radiance (3, n) if nothing blocked, noise-free, and a bound (n,) of its relative error."""
+
+    def has_form(self, kind: type[Lobe]) -> bool:
+        """Whether `unshadowed` knows a kind of lobe: it raises an InputError for points with another."""
 
     def parallelogram(self) -> QuadLight | None:
         """The light as a parallelogram, if it is one: then `Exact` takes its shadows from the visible contour.

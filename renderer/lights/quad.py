@@ -10,6 +10,7 @@ import numpy as np
 
 from nusselt.renderer import validation as checked
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.lobes import Lobe
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.validation import Vec3, colour, parallel, unit, vector
 from nusselt.renderer.vectors import Floats, column, cross, dot
@@ -112,6 +113,9 @@ class QuadLight:
     def unshadowed(self, points: ShadingPoints, glossy: bool) -> tuple[Floats, Floats]:
         radiance, bound = quad_patch(points, *self.columns, glossy)
         return radiance * column(self.colour), bound
+
+    def has_form(self, kind: type[Lobe]) -> bool:
+        return kind.patch is not None
 
     def parallelogram(self) -> QuadLight:
         return self

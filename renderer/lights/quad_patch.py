@@ -1,19 +1,15 @@
-"""What a parallelogram reflects where nothing is in the way, in closed form: Lambert plus the modified Phong lobe.
+"""What a parallelogram reflects where nothing is in the way, in closed form: the sum of the surface's lobes.
 
-Reflected radiance = L [ kd/pi E + ks (s+2)/(2 pi) I(s) ], E the irradiance and I the lobe integral of the light's
-polygon for unit radiance (`irradiance`, `phong_lobe`).
+Reflected radiance = L sum albedo P, P a lobe's integral over the light's polygon (`Lobe.patch`).
 """
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from nusselt.renderer.closed_forms.irradiance import irradiance
-from nusselt.renderer.closed_forms.phong_lobe import phong_lobe
+from nusselt.renderer.errors import InputError
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, Ints, dot
+from nusselt.renderer.vectors import Floats
 
 from .facing import faced_by
 
@@ -32,28 +28,25 @@ def quad_patch(points: ShadingPoints, corner: Floats, ab: Floats, ac: Floats, gl
         Reflected.
     bound : (n,) float64
         Of its relative error; what is below 1e-280 is nothing.
+
+    Raises
+    ------
+    InputError
+        If a lobe has no closed form.
     """
     facing = faced_by(corner, ab, ac, points.position)
-    heights = [dot(points.normal, v - points.position) for v in (corner, corner + ab, corner + ac, corner + ab + ac)]
-    lit = np.flatnonzero(facing & (np.maximum.reduce(heights) > 0))  # the others are the dearest, and get nothing
     out, error = np.zeros_like(points.position), np.zeros_like(points.position)
-    if lit.size:
-        where = [_of(v, lit) for v in (corner, ab, ac)]
-        value, bound = irradiance(points.position[:, lit], points.normal[:, lit], *where)
-        out[:, lit] = points.diffuse[:, lit] * (value / math.pi)
-        error[:, lit] = out[:, lit] * bound
-    if glossy:
-        shiny = np.flatnonzero((points.specular > 0).any(axis=0) & facing)
-        if shiny.size:
-            few = points.take(shiny)
-            where = [_of(v, shiny) for v in (corner, ab, ac)]
-            power, bound = phong_lobe(few.position, few.normal, few.mirror, few.shininess, *where)
-            lobe = few.specular * ((few.shininess + 2) / (2 * math.pi) * power)
-            out[:, shiny] += lobe
-            error[:, shiny] += lobe * bound
+    for kind in points.reflecting(glossy):
+        albedo = points.albedo(kind)
+        k = np.flatnonzero(facing & (albedo > 0).any(axis=0))
+        if not k.size:
+            continue
+        if kind.patch is None:
+            raise InputError(
+                kind.title, "over a parallelogram", "a lobe with a closed form, or an estimator that samples"
+            )
+        value, bound = kind.patch(points, k, corner, ab, ac)
+        share = albedo[:, k] * value
+        out[:, k] += share
+        error[:, k] += share * bound
     return out, np.divide(error, out, out=np.zeros_like(out), where=out > 1e-280).max(axis=0)
-
-
-def _of(v: Floats, index: Ints) -> Floats:
-    """The chosen columns of vectors that may be one for all."""
-    return v if v.shape[1] == 1 else v[:, index]

@@ -9,9 +9,10 @@ from typing import ClassVar
 import numpy as np
 
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.lobes import Lobe
 from nusselt.renderer.shading import ShadingPoints, reflect
 from nusselt.renderer.validation import Vec3, colour, direction, finite
-from nusselt.renderer.vectors import Floats, column, dot, frame
+from nusselt.renderer.vectors import Floats, Ints, column, dot, frame
 
 from .one_beam import CLOSED
 from .text import Text
@@ -151,19 +152,22 @@ class SunLight:
         return np.where(across, np.maximum(cut, 0.0) / (math.pi * sin_a * sin_a), np.maximum(cos_t, 0.0))
 
     def unshadowed(self, points: ShadingPoints, glossy: bool) -> tuple[Floats, Floats]:
-        """Closed form for Lambert, quadrature over the disk for the lobe.
+        """Closed form for Lambert, quadrature over the disk for the other lobes.
 
         The quadrature's relative error is below 1e-12 while the disk lies above both horizons and the exponent times
         alpha^2 is below about 100; across a horizon it is about 1/300 of the lobe's share.
         """
         out = points.diffuse * (self.irradiance_on(points.normal) / math.pi)
-        shiny = np.flatnonzero((points.specular > 0).any(axis=0)) if glossy else np.empty(0, dtype=np.int64)
+        shiny = _shiny(points) if glossy else np.empty(0, dtype=np.int64)
         for start in range(0, shiny.size, 4096):
             index = shiny[start : start + 4096]
-            out[:, index] += self._lobe(points.take(index))
+            out[:, index] += self._lobes(points.take(index))
         return out * column(self.colour), self._bound(points, glossy)
 
-    def _lobe(self, points: ShadingPoints) -> Floats:
+    def has_form(self, kind: type[Lobe]) -> bool:
+        return True
+
+    def _lobes(self, points: ShadingPoints) -> Floats:
         nodes, weights = np.polynomial.legendre.leggauss(RADII)
         u = np.repeat((nodes + 1) / 2, ANGLES)[None]
         v = np.tile((np.arange(ANGLES) + 0.5) / ANGLES, RADII)[None]
@@ -176,8 +180,10 @@ class SunLight:
         out = np.full(points.count, max(CLOSED, 1e-15 / half**2))
         lowest = math.sin(half) * 1.001
         whole = (dot(points.normal, toward) > lowest) & (dot(points.mirror, toward) > lowest)
-        steep = points.shininess * half**2 > 100
-        out[(points.specular.max(axis=0) > 0) & (steep | ~whole) & glossy] = ACROSS
+        for kind in points.reflecting(glossy):
+            if kind.glossy:
+                steep = kind.steepness(points) * half**2 > 100
+                out[(points.albedo(kind).max(axis=0) > 0) & (steep | ~whole)] = ACROSS
         return out
 
     def parallelogram(self) -> None:
@@ -188,3 +194,12 @@ class SunLight:
 
     def moved(self, origin: Floats) -> SunLight:
         return self
+
+
+def _shiny(points: ShadingPoints) -> Ints:
+    """The points with a lobe besides Lambert's."""
+    there = np.zeros(points.count, dtype=bool)
+    for kind in points.lobes:
+        if kind.glossy:
+            there |= (points.albedo(kind) > 0).any(axis=0)
+    return np.flatnonzero(there)

@@ -121,8 +121,7 @@ def palette_of(scene: Scene, regions: Regions, needs: Needs) -> Palette:
     emitter = g.light[surface] >= 0
     seen = np.where(front, g.emission[:, surface], 0.0)
     faced = front | scene.two_sided
-    albedo = (g.diffuse.max(axis=0, initial=0) > 0) | (g.specular.max(axis=0, initial=0) > 0)
-    reflects = faced & ~emitter & albedo[surface] & bool(needs.sources)
+    reflects = faced & ~emitter & g.reflects[surface] & bool(needs.sources)
     pad: NDArray[np.bool_] = np.zeros(1, dtype=bool)
     return Palette(
         np.hstack((seen, np.zeros((3, 1)))),

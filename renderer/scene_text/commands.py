@@ -11,6 +11,8 @@ from typing import Any
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.lights import LIGHTS, Light
 from nusselt.renderer.lights.text import from_numbers
+from nusselt.renderer.lobes import LOBES, Lobe
+from nusselt.renderer.lobes.protocol import Parameter
 
 from .state import SceneState
 
@@ -82,6 +84,18 @@ def _light_command(kind: type[Light]) -> Command:
     return _command(act, _number, kind.TEXT.arguments)
 
 
+def lobe_commands(kind: type[Lobe]) -> dict[str, Command]:
+    """The commands that set the parameters of a kind of lobe."""
+
+    def command(parameter: Parameter) -> Command:
+        def act(state: SceneState, *values: float) -> None:
+            state.parameter(parameter.name, values if parameter.is_colour else values[0])
+
+        return _command(act, _number, parameter.arguments)
+
+    return {parameter.name: command(parameter) for parameter in kind.PARAMETERS}
+
+
 COMMANDS = {
     "size": _command(SceneState.size, _whole, "width height"),
     "output": _command(SceneState.output, _word, "file"),
@@ -105,8 +119,6 @@ COMMANDS = {
     **{kind.TEXT.command: _light_command(kind) for kind in LIGHTS},
     "attenuation": _command(SceneState.attenuation, _number, "constant linear quadratic"),
     "ambient": _command(SceneState.ambient, _number, "r g b"),
-    "diffuse": _command(SceneState.diffuse, _number, "r g b"),
-    "specular": _command(SceneState.specular, _number, "r g b"),
     "emission": _command(SceneState.emission, _number, "r g b"),
-    "shininess": _command(SceneState.shininess, _number, "exponent"),
+    **{name: command for kind in LOBES for name, command in lobe_commands(kind).items()},
 }

@@ -51,6 +51,7 @@ class SceneState:
         self.pile = TrianglePile(where)
         self.transform, self._pushed = transforms.IDENTITY, list[transforms.Affine]()
         self._settings: dict[str, tuple[Any, int]] = {}  # by command: its value, its line
+        self._parameters: dict[str, Any] = {}  # of lobes, by command
         self._material, self._emission_line = Material(), 0
         self._meshes, self._ellipsoids, self._lights = list[Mesh](), list[Ellipsoid](), list[Light]()
         self._warned: dict[str, list[Any]] = {}  # by message: its first place, how often
@@ -213,23 +214,19 @@ class SceneState:
             raise InputError("popTransform", "an empty stack", "an earlier pushTransform that is still open")
         self.transform = self._pushed.pop()
 
-    def diffuse(self, *rgb: float) -> None:
-        self._surface(diffuse=_vec(rgb))
-
-    def specular(self, *rgb: float) -> None:
-        self._surface(specular=_vec(rgb))
-
-    def shininess(self, exponent: float) -> None:
-        self._surface(shininess=exponent)
+    def parameter(self, name: str, value: tuple[float, ...] | float) -> None:
+        """Set a parameter of a lobe."""
+        self._parameters[name] = value
+        self._surface(self._material.emission)
 
     def emission(self, *rgb: float) -> None:
-        self._surface(emission=_vec(rgb))
+        self._surface(_vec(rgb))
         self._emission_line = self.line
 
-    def _surface(self, **change: Any) -> None:
+    def _surface(self, emission: Vec3) -> None:
         """Change the material; a mesh ends here even at no change, so that written scenes come back equal."""
         self._close_mesh()
-        self._material = replace(self._material, **change)
+        self._material = Material.of(self._parameters, emission)
 
     def _close_mesh(self) -> None:
         if mesh := self.pile.close(self._material):

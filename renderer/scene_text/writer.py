@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from nusselt.renderer.lights import Light
 from nusselt.renderer.lights.text import numbers
+from nusselt.renderer.lobes import Lobe
+from nusselt.renderer.lobes.protocol import from_values, values_of
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 from nusselt.renderer.validation import Vec3
@@ -43,11 +45,12 @@ def write_scene(scene: Scene) -> str:
     other axes: the image of the unit sphere under R1 diag R2 does not depend on the rotation R2, so only
     R1 diag is written.
     """
+    kinds = tuple(dict.fromkeys(type(lobe) for material in scene.materials for lobe in material.lobes))
     groups = (
         _settings(scene),
         map(_light, scene.lights),
-        _meshes(scene.meshes),
-        _ellipsoids(scene.ellipsoids),
+        _meshes(scene.meshes, kinds),
+        _ellipsoids(scene.ellipsoids, kinds),
     )
     return "\n".join("".join(f"{line}\n" for line in group) for group in groups)
 
@@ -73,20 +76,22 @@ def _light(light: Light) -> str:
     return f"{light.TEXT.command} {_numbers(*numbers(light))}"
 
 
-def _material(material: Material) -> Iterator[str]:
-    yield f"diffuse {_numbers(*material.diffuse)}"
-    yield f"specular {_numbers(*material.specular)}"
-    yield f"shininess {_numbers(material.shininess)}"
+def _material(material: Material, kinds: Sequence[type[Lobe]]) -> Iterator[str]:
+    """Every parameter of every kind of lobe that the scene has: what is not said again would stay as it was."""
+    there = {type(lobe): lobe for lobe in material.lobes}
+    for kind in kinds:
+        for name, value in values_of(there.get(kind) or from_values(kind, {})).items():
+            yield f"{name} {_numbers(*(value if isinstance(value, tuple) else (value,)))}"
     yield f"emission {_numbers(*material.emission)}"
 
 
-def _meshes(meshes: Iterable[Mesh]) -> Iterator[str]:
+def _meshes(meshes: Iterable[Mesh], kinds: Sequence[type[Lobe]]) -> Iterator[str]:
     first = 0
     for mesh in meshes:
         if not mesh.triangles.size:
             continue
         used, triangles = np.unique(mesh.triangles, return_inverse=True)
-        yield from _material(mesh.material)
+        yield from _material(mesh.material, kinds)
         for x, y, z in mesh.vertices[:, used].T.tolist():
             yield f"vertex {x!r} {y!r} {z!r}"
         for i, j, k in (triangles.reshape(3, -1).T + first).tolist():
@@ -94,12 +99,12 @@ def _meshes(meshes: Iterable[Mesh]) -> Iterator[str]:
         first += used.size
 
 
-def _ellipsoids(ellipsoids: Iterable[Ellipsoid]) -> Iterator[str]:
+def _ellipsoids(ellipsoids: Iterable[Ellipsoid], kinds: Sequence[type[Lobe]]) -> Iterator[str]:
     material = None
     for ellipsoid in ellipsoids:
         if ellipsoid.material != material:
             material = ellipsoid.material
-            yield from _material(material)
+            yield from _material(material, kinds)
         yield from _ellipsoid(ellipsoid)
 
 

@@ -109,10 +109,10 @@ def quadrature(at, normal, mirror, s, radial, around):
 def closed_form(at, normal, mirror, s):
     """The same, and the bounds of its relative error, through `DiskLight.unshadowed`."""
 
-    points = replace(shading_points_of(at, normal), mirror=mirror, shininess=s)
-    flat, shiny = replace(points, specular=np.zeros(at.shape)), replace(points, diffuse=np.zeros(at.shape))
+    flat = replace(shading_points_of(at, normal), mirror=mirror).with_columns(shininess=s)
+    shiny = flat.with_columns(diffuse=np.zeros(at.shape), specular=np.ones(at.shape))
     lambert, first = TILTED.unshadowed(flat, True)
-    lobe, second = TILTED.unshadowed(replace(shiny, specular=np.ones(at.shape)), True)
+    lobe, second = TILTED.unshadowed(shiny, True)
     return lambert[0] * np.pi, first, lobe[0] * 2 * np.pi / (s + 2), second
 
 

@@ -15,6 +15,7 @@ from nusselt.renderer.estimators import Area, Exact
 from nusselt.renderer.geometry.arrays import build_geometry
 from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.lobes import Lambert
 from nusselt.renderer.needs import Source
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.shading import ShadingPoints
@@ -39,10 +40,8 @@ def irradiance(made, position, normal, *, light: int = 0, own: int = -1, **optio
     position = np.asarray(position, dtype=float).reshape(3, -1)
     n = position.shape[1]
     normal = np.broadcast_to(np.asarray(normal, dtype=float).reshape(3, -1), (3, n))
-    flat = np.zeros((3, n))
-    points = ShadingPoints(
-        position, normal, normal, normal, flat + 1, flat, np.ones(n), np.full(n, own), np.zeros(n, bool)
-    )
+    white, own_body = {"diffuse": np.ones((3, n))}, np.full(n, own)
+    points = ShadingPoints(position, normal, normal, normal, (Lambert,), white, own_body, np.zeros(n, bool))
     source = Source(light, made.lights[light], Blockers.everything(geometry), False)
     out = Exact(**options)(points, source, np.random.default_rng(0))
     return out[0] * math.pi / made.lights[light].radiance[0]

@@ -9,9 +9,9 @@ from builders import scene
 from nusselt.renderer.estimators import Exact
 from nusselt.renderer.geometry.arrays import build_geometry
 from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.lobes import Lambert, Phong, lambert
 from nusselt.renderer.needs import Source
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.soft_shadows.convex import integrals
 from nusselt.renderer.visibility.segments import Blockers
 
 EXPONENTS = np.array([0, 0.1, 0.3, 0.5, 1, 1.5, 2, 7.3, 20, 100, 1e3, 1e4, 1e6])
@@ -39,10 +39,9 @@ def before(rng, light, n):
     below = np.minimum((normal * mirror).sum(axis=0), 0)
     flat = np.zeros((3, n))
     share = rng.choice([0.0, 0.5, 1.0])
-    return ShadingPoints(
-        x, normal, mirror, mirror - 2 * below * normal, flat + 1 - share, flat + share, rng.choice(EXPONENTS, n),
-        np.full(n, -1), np.zeros(n, dtype=bool),
-    )  # fmt: skip
+    columns = {"diffuse": flat + 1 - share, "specular": flat + share, "shininess": rng.choice(EXPONENTS, n)}
+    flags = np.full(n, -1), np.zeros(n, dtype=bool)
+    return ShadingPoints(x, normal, mirror, mirror - 2 * below * normal, (Lambert, Phong), columns, *flags)
 
 
 def held(seed, lights, count):
@@ -73,7 +72,7 @@ def test_what_is_left_of_a_whole_light_is_the_whole_light():
 
 @pytest.mark.parametrize("share", [1e-7, 1e-9])
 def test_a_kernel_that_loses_a_little_is_caught(share, monkeypatch):
-    right = integrals.lambert_arcs
-    monkeypatch.setattr(integrals, "lambert_arcs", lambda *arcs: (right(*arcs)[0] * (1 - share), right(*arcs)[1]))
+    right = lambert.lambert_arcs
+    monkeypatch.setattr(lambert, "lambert_arcs", lambda *arcs: (right(*arcs)[0] * (1 - share), right(*arcs)[1]))
     worst, _, _ = held(1, 20, 50)
     assert worst > 1

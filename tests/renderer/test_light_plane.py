@@ -11,6 +11,7 @@ from nusselt.renderer.estimators import ESTIMATORS, Exact
 from nusselt.renderer.image import render
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.lights.facing import faced_by
+from nusselt.renderer.lobes import Lambert
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.scene_text import read_scene
 from nusselt.renderer.shading import ShadingPoints
@@ -49,9 +50,8 @@ def test_no_light_faces_its_own_plane_and_every_light_faces_what_is_above_it(sca
 def points_on(position, normal):
     n = position.shape[1]
     normal = np.broadcast_to(normal, position.shape)
-    grey, none = np.full((3, n), 0.5), np.zeros((3, n))
     flags = np.full(n, -1), np.zeros(n, dtype=bool)
-    return ShadingPoints(position, normal, normal, normal, grey, none, np.ones(n), *flags)
+    return ShadingPoints(position, normal, normal, normal, (Lambert,), {"diffuse": np.full((3, n), 0.5)}, *flags)
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e6])

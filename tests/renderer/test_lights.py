@@ -15,6 +15,7 @@ from nusselt.renderer.image import render
 from nusselt.renderer.lights import LIGHTS, DirectionalLight, DiskLight, PointLight, QuadLight, SunLight
 from nusselt.renderer.lights.protocol import ANSWERS, check_kind
 from nusselt.renderer.lights.sampling import one_place, random_beams
+from nusselt.renderer.lobes import Lambert, Phong
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.scene_text import parse_scene, write_scene
@@ -69,8 +70,9 @@ def irradiance_error(light, side, weigh):
 
 def shading_points_of(at, normal):
     n = at.shape[1]
-    one, none = np.ones((3, n)), np.zeros((3, n))
-    return ShadingPoints(at, normal, normal, normal, one, none, np.ones(n), np.full(n, -1), np.zeros(n, dtype=bool))
+    columns = {"diffuse": np.ones((3, n)), "specular": np.zeros((3, n)), "shininess": np.ones(n)}
+    flags = np.full(n, -1), np.zeros(n, dtype=bool)
+    return ShadingPoints(at, normal, normal, normal, (Lambert, Phong), columns, *flags)
 
 
 @KINDS
@@ -139,8 +141,7 @@ def test_bodies_are_black_and_seen_and_what_is_behind_a_plane_gets_nothing(kind)
     geometry = build_geometry(room(light))
     assert (geometry.light == 0).any() == (light.body() is not None) == (light.area > 0)
     own = geometry.light == 0
-    assert not geometry.diffuse[:, own].any()
-    assert not geometry.specular[:, own].any()
+    assert not geometry.reflects[own].any()
     if light.plane() is not None:
         normal, place = light.plane()
         behind = place - normal * np.array([0.5, 1.0, 2.0])

@@ -13,6 +13,7 @@ from nusselt.renderer.estimators import CommonPointsFixed, Exact
 from nusselt.renderer.estimators.common_points import hidden, lattice
 from nusselt.renderer.image import render
 from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.lobes import Lambert
 from nusselt.renderer.needs import Source
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.shading import ShadingPoints
@@ -128,9 +129,8 @@ def test_contours_and_light_points_tell_the_same_of_floors_and_of_the_mesh_itsel
         n[:, k],
         n[:, k],
         n[:, k],
-        white,
-        0 * white,
-        np.ones(k.size),
+        (Lambert,),
+        {"diffuse": white},
         np.full(k.size, -1),
         np.zeros(k.size, bool),
     )

@@ -10,6 +10,7 @@ from test_penumbra import plate, rectangle, shadow_on_lamp, source_of
 from nusselt.experiments.scenes.meshes import displaced_sphere, many_small
 from nusselt.renderer.closed_forms.irradiance import irradiance
 from nusselt.renderer.lights import QuadLight
+from nusselt.renderer.lobes import Lambert
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.soft_shadows.meshes import mesh_radiance
 from nusselt.renderer.soft_shadows.meshes import overlap as overlap_module
@@ -34,8 +35,8 @@ def torus(triangles: int):
 
 def white(x, n) -> ShadingPoints:
     count = x.shape[1]
-    ones = np.full((3, count), np.pi)
-    return ShadingPoints(x, n, n, n, ones, 0 * ones, np.ones(count), np.full(count, -1), np.zeros(count, bool))
+    columns = {"diffuse": np.full((3, count), np.pi)}
+    return ShadingPoints(x, n, n, n, (Lambert,), columns, np.full(count, -1), np.zeros(count, bool))
 
 
 def value(light: QuadLight, vertices, triangles, x, n):

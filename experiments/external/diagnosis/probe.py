@@ -6,7 +6,7 @@ The light points and what each sees of them are found once; a change of rules th
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from nusselt.renderer.camera.view import look
 from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.lights import Light
 from nusselt.renderer.lights.sampling import random_beams
+from nusselt.renderer.lobes.protocol import joined
 from nusselt.renderer.needs import Source
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
@@ -179,9 +180,7 @@ class Probe:
                 else view.emission
             )
             parts.append((view.points, view.lit + start, view.emission, glow, light))
-        points = ShadingPoints(
-            *(np.concatenate([getattr(p[0], f.name) for p in parts], axis=-1) for f in fields(ShadingPoints))
-        )
+        points = joined([part[0] for part in parts])
         lit, emission, glow, light = (np.concatenate([p[k] for p in parts], axis=-1) for k in range(1, 5))
         return Sight(points, lit, emission, glow, light)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nusselt.renderer.lights import Light, colour
+from nusselt.renderer.lobes import Lambert, Phong
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, dot
 
@@ -96,11 +97,14 @@ def reflected(points: ShadingPoints, light: Light, d: Floats, seen: Floats, rule
     per_pass = d.shape[2] // passes
     diffuse = points.diffuse / (math.pi if rules.over_pi else 1.0)
     lobe = _lobe(points, d, length, rules.lobe) if rules.lobe != "none" and points.is_glossy else None
+    others = [(points.albedo(k), k.evaluate(points, d, length)) for k in points.lobes if k not in (Lambert, Phong)]
     out = np.empty((3, points.count, passes))
     for channel in range(3):
         value = weight * diffuse[channel][:, None]
         if lobe is not None:
             value = value + weight * lobe * points.specular[channel][:, None]
+        for albedo, density in others:
+            value = value + weight * density * albedo[channel][:, None]
         value = value * tint[channel, 0]
         if math.isfinite(rules.cap):
             value = np.minimum(value, rules.cap)

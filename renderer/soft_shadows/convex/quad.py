@@ -20,9 +20,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from nusselt.renderer.closed_forms.circles.pairing import columns
+from nusselt.renderer.errors import InputError
 from nusselt.renderer.lights import QuadLight, colour
 from nusselt.renderer.lights.facing import faced_by
 from nusselt.renderer.lights.quad_patch import quad_patch
+from nusselt.renderer.lobes import Lobe
 from nusselt.renderer.needs import Source
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Bools, Floats, Ints, column, dot
@@ -161,16 +163,17 @@ class QuadShadows:
         number = np.full(points.count, -1)
         number[rest] = np.arange(rest.size)
         parts = parts.take(np.flatnonzero(number[parts.point] >= 0))
-        small, small_lobe = small_lights(points, bodies.square)
         bent = np.zeros(points.count, dtype=bool)
         for group in bodies.rounds:
             bent[group.point] = True
-        few, kd, ks = points.take(rest), columns(points.diffuse, rest), columns(points.specular, rest)
-        lambert = _integral(points, bodies, parts, small & ~bent, lobe=False).take(rest)
-        value, error = kd * lambert.value, kd * lambert.error
-        if self.source.glossy and points.is_glossy:
-            lobe = _integral(points, bodies, parts, small_lobe & ~bent, lobe=True).take(rest)
-            value, error = value + ks * lobe.value, error + ks * lobe.error
+        few, value, error = points.take(rest), np.zeros((3, rest.size)), np.zeros((3, rest.size))
+        for kind in points.reflecting(self.source.glossy):
+            albedo = points.albedo(kind)
+            if kind.glossy and not albedo.any():
+                continue
+            integral = _integral(points, bodies, parts, bent, kind).take(rest)
+            albedo = columns(albedo, rest)
+            value, error = value + albedo * integral.value, error + albedo * integral.error
         value, error = value / (2 * math.pi), error / (2 * math.pi)
         # What is left is less than the whole: mostly that tells enough.
         bound = np.where(error > 0, _ratio(error, value - error), 0.0).max(axis=0)
@@ -183,13 +186,17 @@ class QuadShadows:
         return value, np.minimum(bound, 1.0)
 
 
-def _integral(points: ShadingPoints, bodies: Bodies, parts: Trapezoids, small: Bools, lobe: bool) -> Integral:
-    """By nodes at points to which the light is small, by arcs at the others."""
-    if lobe:
-        parts = parts.take(np.flatnonzero(points.specular.max(axis=0)[parts.point] > 0))
-    one = over_arcs(points, *rims(bodies, parts.take(np.flatnonzero(~small[parts.point])), few=lobe), lobe)
-    two = over_nodes(points, bodies.square, parts.take(np.flatnonzero(small[parts.point])), lobe)
-    error = one.error + two.error + displaced(points, bodies, lobe)
+def _integral(points: ShadingPoints, bodies: Bodies, parts: Trapezoids, bent: Bools, kind: type[Lobe]) -> Integral:
+    """By nodes at points to which the light is small and no rim is bent, by arcs at the others."""
+    contour = kind.contour
+    if contour is None:
+        raise InputError(kind.title, "behind occluders", "a lobe with boundary integrals, or an estimator that samples")
+    small = small_lights(points, bodies.square, contour) & ~bent
+    if contour.dear:
+        parts = parts.take(np.flatnonzero(points.albedo(kind).max(axis=0)[parts.point] > 0))
+    one = over_arcs(points, *rims(bodies, parts.take(np.flatnonzero(~small[parts.point])), few=contour.dear), contour)
+    two = over_nodes(points, bodies.square, parts.take(np.flatnonzero(small[parts.point])), contour)
+    error = one.error + two.error + displaced(points, bodies, contour)
     return Integral(np.maximum(one.value + two.value, 0.0), error)
 
 

@@ -35,7 +35,7 @@ def rims(bodies: Bodies, parts: Trapezoids, few: bool) -> tuple[Arcs, list[tuple
     """The trapezoids' rims.
 
     Where two of them meet along a line of constant u the arcs cancel; with ``few`` they are not made: that costs
-    more than it saves for the irradiance, and less for the lobe.
+    more than it saves for the irradiance, and less for the Phong lobe.
     """
     point, u, v = parts.point, parts.u, parts.v
     straight = parts.curve < bodies.lines
