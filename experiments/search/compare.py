@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,7 +13,7 @@ from nusselt.renderer.vectors import Floats, dot
 
 from .casters import unanimous
 from .judge import Seen, Values, seen, twin_values
-from .motions import Motion
+from .motions import Motion, rounding
 from .sensitivity import input_noise
 from .twins import Copy
 
@@ -59,9 +60,9 @@ def compare(one: Seen, mine: Values, copy: Copy, estimator: Any) -> Compared | N
     other = seen(copy.scene)
     if not copy.exact and other.anchor.any():
         return None
-    motion = _between(one, other, copy.motion)
+    motion, kept = _between(one, other, copy.motion)
     index, twin_index = _matched(one, other, motion)
-    few, exact = _points(one.points.take(index), other.points.take(twin_index), motion, copy.exact)
+    few, exact = _points(one.points.take(index), other.points.take(twin_index), motion, copy.exact and kept)
     chosen = estimator if copy.shortcuts else replace(estimator, shortcuts=False)
     free = [mine.free[k][:, index] * copy.factor if k in mine.free else 0.0 for k in copy.parents]
     theirs, off = twin_values(other, few, chosen, free, copy.everything)
@@ -77,9 +78,16 @@ def compare(one: Seen, mine: Values, copy: Copy, estimator: Any) -> Compared | N
     return Compared(index, ratio, share, theirs / copy.factor, one.points.count - index.size)
 
 
-def _between(one: Seen, other: Seen, motion: Motion) -> Motion:
-    """From the coordinates in which one scene is rendered to those of the other."""
-    return Motion(motion.matrix, motion.points(one.anchor[:, None])[:, 0] - other.anchor)
+def _between(one: Seen, other: Seen, motion: Motion) -> tuple[Motion, bool]:
+    """From the coordinates in which one scene is rendered to those of the other; whether that took no rounding.
+
+    The anchors are summed without rounding: each may be a camera's coordinate that was rounded by itself, far from the
+    origin, and a digit lost puts all points off the surfaces that they lie on.
+    """
+    terms = np.column_stack((motion.matrix * one.anchor, motion.shift, -other.anchor))
+    shift = [math.fsum(row) for row in terms]
+    lost = [math.fsum((*row, -total)) for row, total in zip(terms, shift, strict=True)]
+    return Motion(motion.matrix, np.array(shift)), not any(lost)
 
 
 def _matched(one: Seen, other: Seen, motion: Motion) -> tuple[Any, Any]:
@@ -104,9 +112,9 @@ def _points(a: ShadingPoints, b: ShadingPoints, motion: Motion, kept: bool) -> t
     Where image or surface had to be rounded it may lie off the twin's surface by more than a hit ever does: it is
     brought back onto the plane of the twin's own hit.
     """
-    image = motion.points(a.position)
-    back = Motion(np.linalg.inv(motion.matrix), np.zeros(3)).points(image - motion.shift[:, None])
-    exact = (back == a.position).all(axis=0) & kept
+    turned, shift = motion.steps(a.position), motion.shift[:, None]
+    image = turned + shift
+    exact = (rounding(turned, shift) == 0).all(axis=0) & kept
     image = np.where(exact, image, image - b.normal * dot(b.normal, image - b.position))
     normal = np.where(exact, motion.directions(a.normal), b.normal)
     outgoing, mirror = motion.directions(a.outgoing), motion.directions(a.mirror)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from builders import GREY, floor
@@ -130,6 +132,33 @@ def test_values_that_were_once_wrong():
     shallow = render(load("wide_light_lobe_s0_30026_mirrored"), Exact()).mean
     assert np.abs(lobe - 1.1906).min() < 2e-4  # 0.845 once, 1.1905 +- 2e-4
     assert np.abs(shallow - 2.2111).min() < 1e-3  # 1.335 once
+
+
+def test_a_light_of_a_hairs_width_is_cut_by_a_ball_whichever_of_its_sides_is_short():
+    """At one pixel the ball's outline crosses the needle and hides 0.38 of it: of the mirror image nothing, once.
+
+    The value is a quadrature of what lies beyond the crossing, in 30 digits.
+    """
+    made, right = load("needle_light_behind_a_ball"), 5.68278030236879e-10
+    (light,) = made.lights
+    for power in range(13):
+        thin = replace(light, ab=tuple(v * 2.0**-power for v in light.ab))
+        one = made.with_(lights=(thin,))
+        open_floor = render(one.with_(ellipsoids=()), Exact()).mean.max()
+        one, two = (render(s, Exact()) for s in (one, carried(one, Motion(np.diag([-1.0, 1, 1]), np.zeros(3)))))
+        allowed = (one.bound + two.bound[:, ::-1] + 1e-12) * open_floor
+        assert (np.abs(one.mean - two.mean[:, :, ::-1]).max(axis=0) <= allowed).all()
+        if power == 0:
+            assert abs(one.mean[0, 1, 3] - right) <= one.bound[1, 3] * 9.2e-10
+            assert abs(two.mean[0, 1, 4] - right) <= two.bound[1, 4] * 9.2e-10
+
+
+def test_what_stands_below_the_horizon_hides_nothing_wherever_the_scene_lies():
+    """A triangle stands on the floor's other side; the value is the light's part above the horizon, by quadrature."""
+    made = load("standing_triangle_far_away")
+    for shift in (np.zeros(3), np.array([-6407.0, 13264.0, 15840.0]), np.array([27022.0, 56331.0, -3153.0])):
+        image = render(carried(made, Motion.step(shift)), Exact())
+        assert image.mean[0, 5, 4] == pytest.approx(0.004426190385997815, rel=1e-9)
 
 
 def test_a_lobe_without_a_power_behind_ellipsoids_does_not_turn_with_the_scene():

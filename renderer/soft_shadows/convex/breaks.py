@@ -58,7 +58,7 @@ def conic_crossings(square: Square, flats: HalfPlanes, pair: Ints, line: Ints, c
     order = np.argsort(flats.point[pair], kind="stable")
     first = np.cumsum(count) - count
     bottom, top = square.p, square.p + square.ac
-    sides = cross(bottom, bottom + square.ab), cross(top, top + square.ab)
+    sides = cross(bottom, square.ab), cross(top, square.ab)
     out = []
     for group in conics:
         every = np.arange(group.point.size)
@@ -76,11 +76,13 @@ def conic_crossings(square: Square, flats: HalfPlanes, pair: Ints, line: Ints, c
         mine, phi = np.concatenate([c[0] for c in cuts]), np.concatenate([c[1] for c in cuts])
         u, v = square.place(group.point[mine], group.cone.take(mine).direction(phi))
         with np.errstate(invalid="ignore"):
-            inside = np.flatnonzero((u > 0) & (u < 1) & (v >= -NEAR) & (v <= 1 + NEAR))
+            beside = np.maximum(square.slack[group.point[mine]], NEAR)
+            inside = np.flatnonzero((u > 0) & (u < 1) & (v >= -beside) & (v <= 1 + beside))
         out.append((mine[inside], u[inside]))
     return out
 
 
 Places = tuple[Ints, Floats]
 NEAR = 1e-9
-"""What crosses so little outside the square may cross on its rim."""
+"""What crosses so little outside the square may cross on its rim: a place too many costs nothing, one too few a strip
+that is taken for lit or hidden all along."""

@@ -69,9 +69,12 @@ class Square:
             return np.asarray(dot(cross(self.ac, n), q) / square), np.asarray(dot(cross(n, self.ab), q) / square)
 
     def sides(self) -> Floats:
-        """Planes (3, 4, n) through the square's sides, pointing inwards."""
-        corners = self.corners
-        return np.stack([cross(corners[k], corners[(k + 1) % 4]) for k in range(4)], axis=1)
+        """Planes (3, 4, n) through the square's sides, pointing inwards.
+
+        Of the sides themselves: two corners of a short one are all but parallel, and would give a plane beside it.
+        """
+        along = (self.ab, self.ac, -self.ab, -self.ac)
+        return np.stack([cross(corner, side) for corner, side in zip(self.corners, along, strict=True)], axis=1)
 
     def cone(self) -> Floats:
         """Planes (3, 5, n) that hold what can matter: the sides', and the horizon."""
@@ -142,6 +145,18 @@ class Square:
         normal, middle = cross(self.ab, self.ac), self.p + 0.5 * (self.ab + self.ac)
         height = np.abs(dot(normal, self.p)) / np.sqrt(dot(normal, normal))
         return np.maximum(np.sqrt(dot(middle, middle)) - self.reach, height)
+
+    @cached_property
+    def slack(self) -> Floats:
+        """By how much (n,) the v of a direction's place may be off.
+
+        The direction is known to ROUND: that angle times its distance, over the cosine at the light's plane, is small
+        beside the room, and may be more than the height of a light of a hair's width.
+        """
+        normal = cross(self.ab, self.ac)
+        height = np.abs(dot(normal, self.p)) / np.sqrt(dot(self.ab, self.ab))  # times the square's, from v = 0 to 1
+        farthest = np.maximum.reduce([dot(corner, corner) for corner in self.corners])
+        return np.asarray(ROUND * farthest / height)
 
     @property
     def reach(self) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,16 +16,17 @@ from nusselt.experiments.search.compare import compare
 from nusselt.experiments.search.examine import EXACT, examine, stream
 from nusselt.experiments.search.generator import KINDS, random_scene
 from nusselt.experiments.search.judge import seen, values
+from nusselt.experiments.search.motions import Motion, carried
 from nusselt.experiments.search.referees import REFEREES, ask
 from nusselt.experiments.search.shrink import shrunk, told
 from nusselt.experiments.search.tables import search_files, search_page, search_table
-from nusselt.experiments.search.twins import TWINS
+from nusselt.experiments.search.twins import TWINS, Copy
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Exact
 from nusselt.renderer.estimators.analytic import without_shadows
 from nusselt.renderer.lights import PointLight, QuadLight
 from nusselt.renderer.scene import Camera
-from nusselt.renderer.scene_text import parse_scene
+from nusselt.renderer.scene_text import parse_scene, read_scene
 from nusselt.renderer.surfaces import Ellipsoid, Material
 
 NUMBERS = range(1, 6)
@@ -136,6 +138,17 @@ def test_a_scene_with_a_light_without_extent_is_judged_beyond_its_edges():
     made = PLAIN.with_(lights=(PointLight((0.3, 2.5, 0.4), (5, 5, 5)),))
     assert examine(made, 0).faults == []
     assert examine(made, 0, (), ("area",), Planted("three quarters")).faults
+
+
+def test_points_lie_on_their_surfaces_in_a_twin_whose_camera_was_rounded():
+    """Each scene is brought near its camera: a move that rounds the camera alone put all points behind the floor."""
+    made = read_scene(Path(__file__).with_name("scenes") / "exact" / "standing_triangle_far_away.test")
+    one = seen(made)
+    motion = Motion.step((-6407.0, 13264.0, 15840.0))
+    for estimator, wrong in ((EXACT, 0), (Planted("three quarters"), one.points.count)):
+        compared = compare(one, values(one, one.points, EXACT), Copy(carried(made, motion), motion), estimator)
+        assert compared.index.size == one.points.count
+        assert compared.wrong.size == wrong
 
 
 # The referees.
