@@ -128,7 +128,8 @@ def test_a_reference_that_fails_at_the_first_look_is_said(tmp_path, starved, mon
 def test_what_changes_an_image_changes_where_it_is_kept(tmp_path):
     asked = Question(samples=4)
     others = (
-        dataclasses.replace(asked, **change) for change in ({"seed": 1}, {"pixel_rule": "area"}, {"tolerance": 0.5})
+        dataclasses.replace(asked, **change)
+        for change in ({"seed": 1}, {"pixel_rule": "area"}, {"pixel_rule": "area", "tolerance": 0.5})
     )
     folders = [until_module.Sides(lit(), q, tmp_path, None, None).ours_on_disk.folder for q in (asked, *others)]
     assert len(set(folders)) == 4

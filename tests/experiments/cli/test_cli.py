@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from nusselt.experiments.cli.main import main
+from nusselt.experiments.results.schema import SCHEMA
 from nusselt.experiments.scenes import catalogue
 from nusselt.renderer.estimators import ESTIMATORS
 
@@ -53,7 +54,7 @@ def test_check_writes_results_and_pictures(small, tmp_path):
     assert status == 0
     assert "agrees" in said
     results = json.loads((out / "results.json").read_text())
-    assert results["schema"] == 1
+    assert results["schema"] == SCHEMA
     assert results["versions"]["mitsuba"]
     assert results["machine"]["cores"] >= 1
     (row,) = results["rows"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from builders import box, floor, lamp, scene
 
-from nusselt.experiments.check import check as check_module
+from nusselt.experiments.check import question as question_module
 from nusselt.experiments.check.check import Answer, Question, References, check
 from nusselt.experiments.conformance.trials import CLAIMS, TRIALS, run_trial
 from nusselt.experiments.verdict.judge import judge
@@ -25,7 +25,7 @@ def box_over_floor():
 
 
 def answer(estimator, monkeypatch) -> Answer:
-    monkeypatch.setattr(check_module, "chosen_estimator", lambda *_: estimator)
+    monkeypatch.setattr(question_module, "chosen_estimator", lambda *_: estimator)
     return check(box_over_floor(), Question(margin=1e-2), command="", references=REFERENCES)
 
 
