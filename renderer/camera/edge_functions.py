@@ -17,7 +17,7 @@ from nusselt.renderer.geometry.ragged import take
 from nusselt.renderer.vectors import Floats, Ints, dot
 from nusselt.renderer.watertight import edge_functions, one_norm
 
-from .nearest import Nearest, Planes, precedence
+from .nearest import Nearest, Planes, Standing, precedence, standing_before
 
 BLOCK = 1 << 15
 """Triangle-ray pairs handled at once: bounds the memory, and fits the cache."""
@@ -37,12 +37,15 @@ class Pencil:
     planes : Planes
     order : (t,) int64
         See `nearest.precedence`.
+    standing : Standing
+        See `nearest.standing_before`.
     """
 
     rows: Floats
     slack: Floats
     planes: Planes
     order: Ints
+    standing: Standing
 
     @property
     def live(self) -> NDArray[np.bool_]:
@@ -59,7 +62,8 @@ class Pencil:
         planes = Planes.about(normal, a, origin)
         side = np.where(planes.back, 1.0, -1.0)
         rows = np.stack((*(edge * side for edge, _ in pairs), planes.nearness))
-        return cls(rows, np.stack([slack for _, slack in pairs]), planes, precedence(g, planes.back, among))
+        slack, order = np.stack([slack for _, slack in pairs]), precedence(g, planes.back, among)
+        return cls(rows, slack, planes, order, standing_before(g, origin, among))
 
     def in_tile(self, corners: Floats, among: Ints | None = None) -> Ints:
         """Which triangles, of all or of some, can be hit by directions in the cone of four corner ones (3, 4)."""
@@ -87,7 +91,7 @@ class Pencil:
             if pairs.size:
                 k, ray = np.divmod(pairs, n)
                 found.meet(self.planes, take(block, k), ray, None)
-        near, which, _ = found.seen(self.order)
+        near, which, _ = found.seen(self.order, self.standing)
         return near, which
 
     def weights(self, d: Floats, triangle: Ints) -> Floats:

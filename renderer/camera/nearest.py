@@ -4,10 +4,15 @@ Faces that lie on each other are met at distances that differ in their last bits
 Tied are all hits that may be the nearest, each known to its own rounding. Of those one that turns its front to the
 viewer is seen before one that turns its black back, a light before the surface it lies on, and then the first of the
 scene. It takes all hits of a ray to say so, and nothing else: not the order, the blocks or the tile they came in.
+
+A far eye cannot tell what the surfaces' own coordinates can: which of two planes a hardly visible step apart is the
+outer one. Whatever is seen is then asked for its shadows, and those know. So of two tied surfaces the first is seen
+only where the other does not stand before it beyond the rounding of shadow rays: else it would be seen in its shadow.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +21,8 @@ from numpy.typing import NDArray
 
 from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.ragged import take
-from nusselt.renderer.vectors import Floats, Ints, dot
-from nusselt.renderer.watertight import PLANE_ULPS, SLOPE_ULPS, largest, one_norm
+from nusselt.renderer.vectors import Bools, Floats, Ints, dot
+from nusselt.renderer.watertight import PLANE_ULPS, SLOPE_ULPS, edge_functions, largest, one_norm
 
 MANY = 1 << 20
 """Hits kept before those are let go that cannot be seen any more: bounds the memory."""
@@ -64,6 +69,28 @@ def precedence(geometry: Geometry, back: NDArray[np.bool_], among: Ints | None =
     return np.arange(back.size) + back.size * (2 * back + (geometry.light[surface] < 0))
 
 
+Standing = Callable[[Ints, Ints, Floats], Bools]
+"""Whether triangles ``over`` (m,) stand before the hits of ``under`` (m,) along directions (3, m)."""
+
+
+def standing_before(geometry: Geometry, origin: Floats, among: Ints | None = None) -> Standing:
+    """For triangles (all, or some) about an origin (3, 1): beyond the rounding that shadow rays have, and opaque."""
+
+    def before(over: Ints, under: Ints, d: Floats) -> Bools:
+        k, hit = (v if among is None else take(among, v) for v in (over, under))
+        corners = [take(v, hit) for v in (geometry.a, geometry.b, geometry.c)]
+        w = np.stack([dot(edge, d) for edge, _ in edge_functions(*corners, origin)])
+        w = w / (w[0] + w[1] + w[2])
+        p = w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2]  # as `first_hits` has it
+        n, a = take(geometry.normal, k), take(geometry.a, k)
+        height, eye = dot(n, p - a), dot(n, origin - a)
+        beyond = np.abs(height) > PLANE_ULPS * one_norm(n) * (largest(a) + largest(p))
+        opaque = [take(geometry.light, take(geometry.triangle_surface, t)) < 0 for t in (k, hit)]
+        return np.asarray(beyond & ((height > 0) != (eye > 0)) & opaque[0] & opaque[1])
+
+    return before
+
+
 class Nearest:
     """Hits along directions d (3, n), told in any order.
 
@@ -104,23 +131,22 @@ class Nearest:
             whole = [np.concatenate(parts) for parts in zip(*self.hits, strict=True)]
         return whole, np.flatnonzero(whole[3] >= take(self.sure, whole[0]))
 
-    def seen(self, order: Ints) -> tuple[Floats, Ints, list[Floats]]:
+    def seen(self, order: Ints, standing: Standing) -> tuple[Floats, Ints, list[Floats]]:
         """One over the distance (n,), what is seen (n,), and what was told of it; 0 and -1 where there is nothing.
 
         Parameters
         ----------
         order : (t,) int64
             `precedence` of what there is to hit.
+        standing : Standing
+            `standing_before` of the same.
         """
         n = self.sure.size
         if not self.hits:
             return np.zeros(n), np.full(n, -1), []
         (ray, name, near, _, *told), tied = self._tied()
-        ray, rank = take(ray, tied), take(order, take(name, tied))
-        first = np.full(n, np.iinfo(np.int64).max)
-        np.minimum.at(first, ray, rank)
-        won = np.flatnonzero(rank == take(first, ray))
-        ray, won = take(ray, won), take(tied, won)
+        won = self._first(take(ray, tied), take(name, tied), order, standing)
+        ray, won = take(ray, take(tied, won)), take(tied, won)
 
         def spread(values: Any, nothing: int) -> Any:
             out = np.full(n, nothing, dtype=values.dtype)
@@ -128,3 +154,19 @@ class Nearest:
             return out
 
         return spread(near, 0), spread(name, -1), [spread(values, 0) for values in told]
+
+    def _first(self, ray: Ints, name: Ints, order: Ints, standing: Standing) -> Ints:
+        """Which of tied hits (m,) are seen, one a ray."""
+        rank, winner = take(order, name), np.full(self.sure.size, -1)
+        left = np.arange(ray.size)
+        while left.size:  # fewer each time: what is seen does not stand before itself
+            mine = take(ray, left)
+            first = np.full(winner.size, np.iinfo(np.int64).max)
+            np.minimum.at(first, mine, take(rank, left))
+            won = left[take(rank, left) == take(first, mine)]
+            winner[ray[won]] = won
+            seen = take(winner, mine)
+            rivals = np.flatnonzero(left != seen)
+            over, under = take(left, rivals), take(seen, rivals)
+            left = over[standing(take(name, over), take(name, under), take(self.d, take(ray, over)))]
+        return np.asarray(winner[winner >= 0])

@@ -18,7 +18,7 @@ from nusselt.renderer.vectors import Floats, Ints, transform
 from nusselt.renderer.watertight import edge_functions
 
 from .edge_functions import Pencil
-from .nearest import Nearest, Planes, precedence
+from .nearest import Nearest, Planes, precedence, standing_before
 
 DENSE = 32
 """Triangles of a tile up to which every ray tests every one."""
@@ -102,7 +102,7 @@ class ImageBoxes:
             sides = _Sides.of(self.geometry, triangles, self.origin)
             inside, w = sides.inside(number, d, ray, found.size)
             found.meet(sides.planes, take(number, inside), take(ray, inside), triangles, *w)
-        near, triangle, weight = found.seen(self.order)
+        near, triangle, weight = found.seen(self.order, standing_before(self.geometry, self.origin))
         return _distance(near), triangle, np.stack(weight) if weight else np.zeros(d.shape)
 
 

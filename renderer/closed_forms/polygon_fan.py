@@ -103,8 +103,9 @@ def integrate(sectors: Sectors, count: int) -> tuple[Floats, Floats]:
     total, least = np.zeros(count), np.ones(count)
     k = sectors.take(np.flatnonzero((sectors.distance != 0) & (sectors.length > 0))).from_nearer_end()
     k, centre, m = _graded(k)
-    low = np.arcsinh((k.start - centre) / m)
-    reach = _stretch((k.start - centre) / m, (k.stop - centre) / m, k.length / m)
+    first, last = _from_centre(k, centre)
+    low = np.arcsinh(first / m)
+    reach = _stretch(first / m, last / m, k.length / m)
     pieces = np.maximum(np.ceil(reach / PANEL), 1).astype(np.int64)
     graded = (k.exponent < FRACTIONAL) & (k.exponent != np.floor(k.exponent))
     for grading in (False, True):
@@ -156,6 +157,16 @@ def _graded(k: Sectors) -> tuple[Sectors, Floats, Floats]:
     every = joined([k.take(one), lower, upper])
     kept = np.flatnonzero(every.length > 0)
     return every.take(kept), centre[kept], np.concatenate((m[one], *fine))[kept]
+
+
+def _from_centre(k: Sectors, centre: Floats) -> tuple[Floats, Floats]:
+    """Both ends less ``centre``, as far apart as the edge is long: the farther one from the nearer.
+
+    Their own difference is only as good as their distance from 0: of an edge of 1e-6 at 1 it has lost six digits.
+    """
+    first, last = k.start - centre, k.stop - centre
+    near = np.abs(first) <= np.abs(last)
+    return np.where(near, first, last - k.length), np.where(near, first + k.length, last)
 
 
 @cache

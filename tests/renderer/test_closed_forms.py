@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import itertools
 import json
 from decimal import Decimal, localcontext
 
@@ -186,6 +187,27 @@ def test_a_lobe_shrinks_as_its_exponent_grows():
     x, n, w, _, p, e1, e2 = on_a_grid(7, 300)
     values = np.array([phong_lobe(x, n, w, power, p, e1, e2)[0] for power in (0, 0.3, 1, 4, 20, 100, 1e3, 1e5)])
     assert (np.diff(values, axis=0) <= 1e-12 * values[:-1]).all()
+
+
+def test_a_needle_whose_short_end_is_where_the_lobe_turns_loses_no_digits():
+    """6e-13 once, six times its bound: an end of 1e-6 was measured by what is left of coordinates of 0.1.
+
+    The value is a quadrature of the same numbers with 40 digits.
+    """
+    right = 6.810063236968154e-08
+    vectors = [
+        (0.01757266367226574, 0.0, 0.01086811283259096),
+        (0.0, 1.0, 0.0),
+        (0.11682080689234627, 0.8799363245128244, 0.46050511819075624),
+        (0.02349751629791476, 0.04699503259582952, 0.01174875814895738),
+        (0.0, 0.0, 1.174875814895738e-07),
+        (0.02349751629791476, 0.0, 0.0),
+    ]
+    for axes in itertools.permutations(range(3)):
+        x, n, w, corner, ab, ac = (np.array(v)[list(axes), None] for v in vectors)
+        value, bound = phong_lobe(x, n, w, 20.0, corner, ab, ac)
+        assert bound < 2e-13
+        assert abs(value / right - 1) < bound
 
 
 def test_both_forms_of_the_lobe_agree_where_its_horizon_cuts_the_light():

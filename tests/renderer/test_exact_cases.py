@@ -171,6 +171,15 @@ def test_a_lobe_without_a_power_behind_ellipsoids_does_not_turn_with_the_scene()
     assert max(one.bound.max(), two.bound.max()) < 1e-6
 
 
+@pytest.mark.parametrize("name", ["coincident_triangles_far_away", "coincident_triangles_edge_on_light"])
+def test_triangles_that_coincide_to_the_rounding_of_far_coordinates_are_lit(name):
+    """Each lies on the other; one pixel was black. Behind nothing else, a pixel of theirs has all of the light."""
+    made = load(name)
+    alone = made.with_(meshes=made.meshes[:1], ellipsoids=())
+    image, free = render(made.with_(ellipsoids=()), Exact()), render(alone, Exact())
+    np.testing.assert_allclose(image.mean[:, free.shaded], free.mean[:, free.shaded], rtol=1e-9, atol=1e-15)
+
+
 def test_paper_on_a_table_is_lit_as_the_table():
     """A sheet in the table's own plane, above it by 1e-12 or by nothing: neither darkens the other."""
     table = load("slab_black")

@@ -9,10 +9,13 @@ from builders import GREY, box, geometry, lamp, scene, sphere_mesh
 import nusselt.renderer.camera.edge_functions as pencil
 import nusselt.renderer.camera.nearest as nearest
 import nusselt.renderer.camera.screen_boxes as image_boxes
+from nusselt.experiments.search.motions import carried, turn
 from nusselt.renderer.camera.first_hits import first_hits
 from nusselt.renderer.camera.rays import pixel_centres, primary_directions
 from nusselt.renderer.camera.screen_boxes import ImageBoxes
+from nusselt.renderer.estimators import Area, Exact
 from nusselt.renderer.geometry.arrays import build_geometry
+from nusselt.renderer.image import render
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.surfaces import Ellipsoid, Mesh
 from nusselt.renderer.vectors import column, dot
@@ -141,11 +144,24 @@ def test_three_that_tie_in_a_chain_are_judged_together():
     near, rounding = 1 / depth, planes.height / depth + planes.slope
     tied = near + rounding >= (near - rounding).max()
     assert tied.tolist() == [False, True, True]
-    for turn in ([0, 1, 2], [2, 1, 0], [1, 0, 2], [0, 2, 1]):
+    for sequence in ([0, 1, 2], [2, 1, 0], [1, 0, 2], [0, 2, 1]):
         found = nearest.Nearest(d)
-        for k in turn:
+        for k in sequence:
             found.meet(planes, np.array([k]), ray, np.arange(3))
-        assert found.seen(order)[1] == [1]
+        assert found.seen(order, lambda over, under, d: np.zeros(over.size, dtype=bool))[1] == [1]
+
+
+@pytest.mark.parametrize("apart", [1e-14, 1e-13, 3e-13])
+def test_of_sheets_that_a_far_eye_cannot_tell_apart_none_is_seen_in_the_shadow_of_the_other(apart):
+    """From 1,000 away all distances tie; shadow rays know which sheet is the upper: the lower was seen, and black."""
+    far = Camera((260.0, 580.0, 940.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 0.12)
+    sheets = [square(1.0, 3), square(1.0, 3, y=apart)]
+    for pair in (sheets, sheets[::-1]):
+        made = carried(scene(*pair, lights=(lamp(),), camera=far, size=(24, 20)), turn(np.random.default_rng(3)))
+        for estimator in (Exact(), Area(samples=1)):
+            image = render(made, estimator)
+            assert image.shaded.sum() > 100
+            assert (image.mean[:, image.shaded] > 0).all()
 
 
 def test_boxes_of_an_empty_scene_are_met_by_nothing():
