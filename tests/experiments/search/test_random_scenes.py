@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
 from builders import GREY, box, floor, lamp, quad, scene
+from places import TEST_SCENES
 
 from nusselt.experiments.runs.experiment import Settings
 from nusselt.experiments.search.batches import batch, one_scene, search_jobs, twins_of
@@ -142,7 +142,7 @@ def test_a_scene_with_a_light_without_extent_is_judged_beyond_its_edges():
 
 def test_points_lie_on_their_surfaces_in_a_twin_whose_camera_was_rounded():
     """Each scene is brought near its camera: a move that rounds the camera alone put all points behind the floor."""
-    made = read_scene(Path(__file__).with_name("scenes") / "exact" / "standing_triangle_far_away.test")
+    made = read_scene(TEST_SCENES / "standing_triangle_far_away.test")
     one = seen(made)
     motion = Motion.step((-6407.0, 13264.0, 15840.0))
     for estimator, wrong in ((EXACT, 0), (Planted("three quarters"), one.points.count)):
