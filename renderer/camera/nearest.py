@@ -78,7 +78,7 @@ def standing_before(geometry: Geometry, origin: Floats, among: Ints | None = Non
 
     def before(over: Ints, under: Ints, d: Floats) -> Bools:
         k, hit = (v if among is None else take(among, v) for v in (over, under))
-        corners = [take(v, hit) for v in (geometry.a, geometry.b, geometry.c)]
+        corners = take(geometry.a, hit), take(geometry.b, hit), take(geometry.c, hit)
         w = np.stack([dot(edge, d) for edge, _ in edge_functions(*corners, origin)])
         w = w / (w[0] + w[1] + w[2])
         p = w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2]  # as `first_hits` has it
