@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import tempfile
 import time
 import zipfile
@@ -73,6 +74,12 @@ class Reference:
     llvm: str | None
     notes: tuple[str, ...]
     seconds: dict[str, Any]
+
+    @property
+    def pooled_error(self) -> float:
+        """Standard error, radiance, of the mean over the shaded pixels; 0 where nothing is random."""
+        passes = self.pass_means
+        return float(np.std(passes, ddof=1)) / math.sqrt(passes.size) if passes.size > 1 else 0.0
 
     @classmethod
     def of_image(cls, image: Image, renderer: str, samples: int, version: str = "") -> Reference:

@@ -25,9 +25,10 @@ from nusselt.renderer.image import Image, render
 from nusselt.renderer.pixels import AreaImage, render_area
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.visibility.ray_offset import RayOffset
 
 from .expectations import Offsets, appearance, expectations_of
-from .question import PixelRule, Question
+from .question import PixelRule, Question, ShadowOrigin
 from .rows import head_of, row_of, row_without
 
 ROOM = 8.0
@@ -41,6 +42,11 @@ MAX_SAMPLES = 1 << 16
 """Mitsuba's samples per pixel and light, at most."""
 
 Progress = Callable[[str, int, int], None]
+
+
+def offset_asked(scene: Scene, origin: ShadowOrigin) -> RayOffset | None:
+    """The rule by which shadow rays start, where it is not ours that is asked for."""
+    return mitsuba_offset(scene) if origin == "mitsuba" else None
 
 
 def draw_area(
@@ -105,7 +111,7 @@ def our_image(
     needs = prepare(scene).needs
     pilot_seed, seed, _ = seeds(question.seed, scene.name, estimator.name)
     started = time.perf_counter()
-    offset = mitsuba_offset(scene) if question.shadow_origin == "mitsuba" else None
+    offset = offset_asked(scene, question.shadow_origin)
     tolerance = question.tolerance or question.margin / ROOM
     area = draw_area(scene, estimator, question.pixel_rule, tolerance, executor)
     if area is not None:

@@ -15,7 +15,7 @@ from nusselt.renderer.scene import Scene
 
 from .adaptive import render_until
 from .bounds import bound_note
-from .check import draw_area
+from .check import draw_area, offset_asked
 from .negative import negative_note
 from .question import PixelRule, ShadowOrigin, check_sampling, chosen_estimator, number_within
 from .rows import notes
@@ -82,7 +82,7 @@ def draw(scene: Scene, drawing: Drawing, executor: Executor | None = None, progr
     estimator = drawing.of(scene)
     warnings, told = [*scene.warnings, *notes(scene, estimator)], []
     if drawing.error is not None:
-        offset = _offset(scene, drawing)
+        offset = offset_asked(scene, drawing.shadow_origin)
         reached = render_until(
             scene, estimator, drawing.error, seed=drawing.seed, executor=executor, progress=progress, offset=offset
         )
@@ -94,7 +94,7 @@ def draw(scene: Scene, drawing: Drawing, executor: Executor | None = None, progr
         if by_tolerance.error > tolerance:
             warnings.append(f"the error may be {by_tolerance.error:.1e}, above the tolerance {tolerance:g}")
     else:
-        offset = _offset(scene, drawing)
+        offset = offset_asked(scene, drawing.shadow_origin)
         image = render(scene, estimator, seed=drawing.seed, executor=executor, offset=offset, progress=progress)
     if image.back_faces:
         warnings.append(f"{image.back_faces} pixels show the black back of a one-sided surface")
@@ -103,14 +103,6 @@ def draw(scene: Scene, drawing: Drawing, executor: Executor | None = None, progr
     if note := negative_note(image, estimator, estimator.claim(prepare(scene).needs)):
         warnings.append(note)
     return Drawn(image, tuple(warnings), tuple(told))
-
-
-def _offset(scene: Scene, drawing: Drawing):  # type: ignore[no-untyped-def]
-    if drawing.shadow_origin != "mitsuba":
-        return None
-    from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
-
-    return mitsuba_offset(scene)
 
 
 def _by_tolerance(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,12 @@ def as_claimed(claim: Claim, verdict: str, broken: bool) -> bool | None:
     if claim in ("biased", "consistent"):
         return True
     return {"agrees": True, "differs": False, "undecided": None}[verdict]
+
+
+def reference_entry(reference: Reference, standard_error: float, notes: Sequence[str]) -> dict[str, Any]:
+    """What a row says of its reference; ``standard_error`` of its pooled mean, relative."""
+    told = {name: getattr(reference, name) for name in ("renderer", "version", "variant", "llvm", "samples", "passes")}
+    return told | {"standard_error_relative": standard_error, "notes": list(notes)}
 
 
 def head_of(
@@ -127,15 +134,6 @@ def row_of(head: dict[str, Any], verdict: Verdict, reference: Reference, seconds
         "course_expected": verdict.course.expected,
         "verdict": verdict.word,
         "as_claimed": as_claimed(head["claim"], verdict.word, verdict.broken),
-        "reference": {
-            "renderer": reference.renderer,
-            "version": reference.version,
-            "variant": reference.variant,
-            "llvm": reference.llvm,
-            "samples": reference.samples,
-            "passes": reference.passes,
-            "standard_error_relative": verdict.reference_error_relative,
-            "notes": list(reference.notes),
-        },
+        "reference": reference_entry(reference, verdict.reference_error_relative, reference.notes),
         "seconds": seconds,
     }

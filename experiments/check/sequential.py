@@ -16,14 +16,13 @@ from nusselt.experiments.results.store import Store, key_of
 from nusselt.experiments.verdict.evidence import Expectations
 from nusselt.experiments.verdict.judge import judge
 from nusselt.experiments.verdict.pooling import combine_images, combine_references
-from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable, render_reference
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
 from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image, render
 from nusselt.renderer.scene import Scene
 
-from .check import MAX_SAMPLES, Answer, Progress, our_image, reference_target, seeds
+from .check import MAX_SAMPLES, Answer, Progress, offset_asked, our_image, reference_target, seeds
 from .expectations import appearance, expectations_of
 from .question import Question
 from .rows import head_of, row_of, row_without
@@ -75,7 +74,7 @@ class Sides:
     def _ours(self, look: int) -> Image:
         if look == 1:
             return our_image(self.scene, self.estimator, self.question, self.executor, self.progress)[0]
-        offset = mitsuba_offset(self.scene) if self.question.shadow_origin == "mitsuba" else None
+        offset = offset_asked(self.scene, self.question.shadow_origin)
         return render(
             self.scene,
             self.estimator,

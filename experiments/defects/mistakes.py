@@ -105,19 +105,32 @@ def _last_forgotten(scene: Scene) -> Scene:
     return scene.with_(lights=tuple(kept), meshes=(*scene.meshes, body))
 
 
+def _seen(
+    estimator: Area, points: ShadingPoints, source: Source, rng: np.random.Generator, samples: int
+) -> tuple[Floats, Floats, Floats]:
+    """Ways (3, n, k) to the light, their lengths (n, k), and what arrives before any cosine (n, k)."""
+    d, weight = random_beams(source.light, points.position, rng, samples, estimator.stratified)
+    visible = source.blockers.visible(points.position, points.ellipsoid, d, source.light.at_infinity)
+    return d, np.sqrt(dot(d, d)), weight * visible
+
+
+def _arriving(points: ShadingPoints, d: Floats, length: Floats, weight: Floats) -> Floats:
+    """Irradiance (n, k)."""
+    return weight * np.maximum(dot(points.normal[:, :, None], d), 0) / length
+
+
+def _sent(points: ShadingPoints, arriving: Floats, lobe: Floats) -> Floats:
+    """Radiance (3, n): Lambert's share of what arrives (n, k), and that of a glossy lobe (n, k)."""
+    return points.diffuse * arriving.sum(axis=1) / np.pi + points.specular * (arriving * lobe).sum(axis=1)
+
+
 @dataclass(frozen=True, kw_only=True)
 class NoCosine(Area):
     """Radiance times solid angle, without n.w."""
 
     def _block(self, points: ShadingPoints, source: Source, rng: np.random.Generator, samples: int) -> Floats:
-        d, weight = random_beams(source.light, points.position, rng, samples, self.stratified)
-        length = np.sqrt(dot(d, d))
-        weight = weight * (dot(points.normal[:, :, None], d) > 0)
-        weight = weight * source.blockers.visible(points.position, points.ellipsoid, d, source.light.at_infinity)
-        out = points.diffuse * weight.sum(axis=1) / np.pi
-        if source.glossy:
-            out += points.specular * (weight * Phong.evaluate(points, d, length)).sum(axis=1)
-        return out
+        d, length, weight = _seen(self, points, source, rng, samples)
+        return _sent(points, weight * (dot(points.normal[:, :, None], d) > 0), Phong.evaluate(points, d, length))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,15 +138,10 @@ class EvenLobe(Area):
     """The Phong lobe to an even power, with nothing cut off."""
 
     def _block(self, points: ShadingPoints, source: Source, rng: np.random.Generator, samples: int) -> Floats:
-        d, weight = random_beams(source.light, points.position, rng, samples, self.stratified)
-        length = np.sqrt(dot(d, d))
-        arriving = weight * np.maximum(dot(points.normal[:, :, None], d), 0) / length
-        arriving = arriving * source.blockers.visible(points.position, points.ellipsoid, d, source.light.at_infinity)
+        d, length, weight = _seen(self, points, source, rng, samples)
         turned = replace(points, mirror=-points.mirror)
-        out = points.diffuse * arriving.sum(axis=1) / np.pi
-        return out + points.specular * (
-            arriving * (Phong.evaluate(points, d, length) + Phong.evaluate(turned, d, length))
-        ).sum(axis=1)
+        even = Phong.evaluate(points, d, length) + Phong.evaluate(turned, d, length)
+        return _sent(points, _arriving(points, d, length, weight), even)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,16 +149,13 @@ class NoGap(Area):
     """Shadow rays are tried, in float32, against the triangles of the light they go to, and may hit at their end."""
 
     def _block(self, points: ShadingPoints, source: Source, rng: np.random.Generator, samples: int) -> Floats:
-        d, weight = random_beams(source.light, points.position, rng, samples, self.stratified)
-        weight = weight * source.blockers.visible(points.position, points.ellipsoid, d, source.light.at_infinity)
+        d, length, weight = _seen(self, points, source, rng, samples)
         quad = source.light.parallelogram()
         if quad is not None:
             p, ab, ac = (v.astype(np.float32)[:, :, None] for v in quad.columns)
             for b, c in ((p + ab, p + ab + ac), (p + ab + ac, p + ac)):
                 weight = weight * ~_hit(points.position, d, p, b, c)
-        arriving = weight * np.maximum(dot(points.normal[:, :, None], d), 0) / np.sqrt(dot(d, d))
-        out = points.diffuse * arriving.sum(axis=1) / np.pi
-        return out + points.specular * (arriving * Phong.evaluate(points, d, np.sqrt(dot(d, d)))).sum(axis=1)
+        return _sent(points, _arriving(points, d, length, weight), Phong.evaluate(points, d, length))
 
 
 def _hit(origin: Floats, d: Floats, a: Any, b: Any, c: Any) -> Any:
@@ -185,12 +190,9 @@ class DullSamples(Area):
     """The lobe of each sample is cut off at one."""
 
     def _block(self, points: ShadingPoints, source: Source, rng: np.random.Generator, samples: int) -> Floats:
-        d, weight = random_beams(source.light, points.position, rng, samples, self.stratified)
-        length = np.sqrt(dot(d, d))
-        arriving = weight * np.maximum(dot(points.normal[:, :, None], d), 0) / length
-        arriving = arriving * source.blockers.visible(points.position, points.ellipsoid, d, source.light.at_infinity)
-        out = points.diffuse * arriving.sum(axis=1) / np.pi
-        return out + points.specular * (arriving * np.minimum(Phong.evaluate(points, d, length), 1)).sum(axis=1)
+        d, length, weight = _seen(self, points, source, rng, samples)
+        dull = np.minimum(Phong.evaluate(points, d, length), 1)
+        return _sent(points, _arriving(points, d, length, weight), dull)
 
 
 PLANTS: tuple[Plant, ...] = (

@@ -13,7 +13,7 @@ import numpy as np
 from nusselt.experiments.check.check import Progress
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences
-from nusselt.experiments.check.rows import as_claimed, judged
+from nusselt.experiments.check.rows import as_claimed, judged, reference_entry
 from nusselt.experiments.images.formats import Raw
 from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.images.transfer import RULES, Quantiser, Rule
@@ -217,16 +217,5 @@ def _said(quantiser: Quantiser, brought: Brought) -> dict[str, Any]:
 
 def _reference_row(truth: Truth) -> dict[str, Any]:
     reference = truth.reference
-    passes = reference.pass_means
-    error = float(np.std(passes, ddof=1)) / math.sqrt(passes.size) if passes.size > 1 else 0.0
-    mean = float(np.abs(passes.mean())) or 1.0
-    return {
-        "renderer": reference.renderer,
-        "version": reference.version,
-        "variant": reference.variant,
-        "llvm": reference.llvm,
-        "samples": reference.samples,
-        "passes": reference.passes,
-        "standard_error_relative": error / mean,
-        "notes": [truth.said, *reference.notes],
-    }
+    mean = float(np.abs(reference.pass_means.mean())) or 1.0
+    return reference_entry(reference, reference.pooled_error / mean, (truth.said, *reference.notes))

@@ -199,6 +199,12 @@ def interval(hits: int, count: int) -> tuple[float, float]:
     return float(found.low), float(found.high)
 
 
+def rate_row(case: str, alpha: float, hits: int, count: int) -> dict[str, Any]:
+    """How often something happened in so many reports at a level, with its interval."""
+    rate = {"rate": hits / count, "rate_interval": list(interval(hits, count))}
+    return {"case": case, "level": alpha, "reports": count, "hits": hits, **rate}
+
+
 def false_alarms(world: World, alpha: float, reports: int, limit: float, seed: int) -> dict[str, Any]:
     """One row: how often a null report has a row that `differs`."""
     rng = np.random.default_rng(seed)
@@ -209,14 +215,9 @@ def false_alarms(world: World, alpha: float, reports: int, limit: float, seed: i
         differs = np.any([finding.fails for finding in said.values()], axis=0)
         alarms += int(differs.reshape(-1, ROWS).any(axis=1).sum())
         objected += int(is_doubtful(rows).sum())
-    low, high = interval(alarms, reports)
-    return {
-        "case": f"false alarms: {world.name}",
-        "level": alpha,
-        "reports": reports,
-        "hits": alarms,
-        "rate": alarms / reports,
-        "rate_interval": [low, high],
+    row = rate_row(f"false alarms: {world.name}", alpha, alarms, reports)
+    low, high = row["rate_interval"]
+    return row | {
         "allowed": limit,
         "undecided_share": objected / reports / ROWS,
         # With few reports the limit is high whatever the rate: then only too many alarms speak.
@@ -234,17 +235,9 @@ def power_at_smallest(world: World, alpha: float, reports: int, seed: int) -> di
         planted = null["bias_interval"][:, 0] + null["minimum_detectable_bias"]
         found_in += int((planted > MARGIN).sum())
         count += planted.size
-    low, high = interval(found_in, count)
-    return {
-        "case": f"power at the printed smallest detectable bias: {world.name}",
-        "level": alpha,
-        "reports": count,
-        "hits": found_in,
-        "rate": found_in / count,
-        "rate_interval": [low, high],
-        "expected": POWER,
-        "as_claimed": low <= POWER <= high,
-    }
+    row = rate_row(f"power at the printed smallest detectable bias: {world.name}", alpha, found_in, count)
+    low, high = row["rate_interval"]
+    return row | {"expected": POWER, "as_claimed": low <= POWER <= high}
 
 
 def power(world: World, bias: float, alpha: float, reports: int, seed: int) -> dict[str, Any]:
@@ -262,17 +255,9 @@ def power(world: World, bias: float, alpha: float, reports: int, seed: int) -> d
     n, r, _ = world.passes
     freedom = (1 / n + 1 / r) ** 2 / ((1 / n) ** 2 / freedom_of_ours(world) + (1 / r) ** 2 / (r - 1))
     expected = float(stats.nct.sf(stats.t.isf(level / 2, freedom), freedom, (bias - MARGIN) / error))
-    low, high = interval(hits, count)
-    return {
-        "case": f"power at {bias:.2%}: {world.name}",
-        "level": alpha,
-        "reports": count,
-        "hits": hits,
-        "rate": hits / count,
-        "rate_interval": [low, high],
-        "expected": expected,
-        "as_claimed": bool(low - SLACK <= expected <= high + SLACK),
-    }
+    row = rate_row(f"power at {bias:.2%}: {world.name}", alpha, hits, count)
+    low, high = row["rate_interval"]
+    return row | {"expected": expected, "as_claimed": bool(low - SLACK <= expected <= high + SLACK)}
 
 
 def freedom_of_ours(world: World) -> float:

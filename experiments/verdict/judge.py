@@ -114,7 +114,7 @@ def judge(
         reason=reason,
         more=more,
         pixels=pixel_counts(ours) | {"shaded": int(judged.sum()), "unjudged": int(unjudged(ours, reference).sum())},
-        reference_error_relative=_pooled_error(reference) / scale,
+        reference_error_relative=reference.pooled_error / scale,
         **_errors(ours, reference, judged, scale),
         **_denoised(evidence, level),
         variance=float(ours.pixel_variance[judged].mean()) if judged.any() else 0.0,
@@ -158,8 +158,3 @@ def _noise_of_figures(ours: Image, reference: Reference, judged: Bools, scale: f
         "mse_relative": float(square[judged].mean()) if judged.any() else None,
         "mse_relative_standard_error": error_of_mean(square, judged),
     }
-
-
-def _pooled_error(reference: Reference) -> float:
-    passes = reference.pass_means
-    return float(np.std(passes, ddof=1)) / math.sqrt(passes.size) if passes.size > 1 else 0.0

@@ -1,6 +1,7 @@
 """What the camera sees: the nearest surface along rays that share one origin.
 
-Triangles by `pencil` where they are few, by `image_boxes` where they are many; disks and ellipsoids one by one.
+Triangles by `edge_functions` where they are few, by `screen_boxes` where they are many; disks and ellipsoids one
+by one.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 L_r = U - L A/N sum_k f(w_k) G(x_k) (1 - V_k) with the x_k on a Fibonacci lattice (Sloan & Joe 1994), the same
 for every point of a call. Shared points cost little each: what a light point sees is found for all pixels at
-once (see `common_visibility`), and a lattice has no direction in which an edge meets many of its points: the
+once (see `shared_points`), and a lattice has no direction in which an edge meets many of its points: the
 error in penumbrae falls as N^-0.98, against N^-0.75 for strata and N^-0.5 for independent points.
 
 Shifted at random over the light (Cranley & Patterson 1976) the estimate is unbiased. Its noise is shared by

@@ -1,8 +1,8 @@
 """Light behind occluders without noise: boundary integrals over the visible contour.
 
 Diffuse and glossy, for parallelograms. Lights without extent take one shadow ray. Big closed meshes are taken
-by their silhouettes (see `penumbra`), on diffuse surfaces: what is claimed there is consistency, and how far it goes
-is what each value's bound says. What it leaves to sampling, and then claims no exactness for: lights that are no
+by their silhouettes (`soft_shadows.meshes`), on diffuse surfaces: what is claimed there is consistency, and how far it
+goes is what each value's bound says. What it leaves to sampling, and then claims no exactness for: lights that are no
 parallelograms behind blockers, parallelograms behind flat disks, round bodies through a light's plane, points with
 more than MOST candidates, whose cost grows with the square, and lobes without boundary integrals.
 """

@@ -1,7 +1,7 @@
 """Flat disks: what cameras see of them, and what shadow rays meet. Only bodies of lights are any.
 
 A ray meets a disk where it meets its plane, within the radius. Planes are told apart by the same bounds of rounding as
-those of triangles (see `shadows`, and `primary.nearer_disks`): what lies in a disk's plane is not hidden by it. The rim
+those of triangles (`segments`, `first_hits.nearer_disks`): what lies in a disk's plane is not hidden by it. The rim
 is exact to rounding, and borders on nothing.
 """
 

@@ -7,17 +7,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from nusselt.renderer.lobes import Lobe
-from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.validation import Vec3, colour, direction
 from nusselt.renderer.vectors import Floats, column
 
-from .one_beam import one_beam
+from .one_beam import OneBeam
 from .text import Text
 
 
 @dataclass(frozen=True)
-class DirectionalLight:
+class DirectionalLight(OneBeam):
     """Parallel light.
 
     Parameters
@@ -31,9 +29,7 @@ class DirectionalLight:
     direction: Vec3
     irradiance: Vec3
     kind: ClassVar[str] = "directional"
-    has_extent: ClassVar[bool] = False
     at_infinity: ClassVar[bool] = True
-    area: ClassVar[float] = 0.0
     TEXT: ClassVar[Text] = Text("directional", "direction:xyz irradiance:rgb")
 
     def __post_init__(self) -> None:
@@ -56,27 +52,6 @@ class DirectionalLight:
 
     def at(self, u: float, v: float) -> Floats:
         return column(self.direction)
-
-    def hull(self) -> Floats:
-        return column(self.direction)
-
-    def middle(self) -> tuple[Floats, float]:
-        return column(self.direction), 0.0
-
-    def body(self) -> None:
-        return None
-
-    def plane(self) -> None:
-        return None
-
-    def unshadowed(self, points: ShadingPoints, glossy: bool) -> tuple[Floats, Floats]:
-        return one_beam(self, points, glossy)
-
-    def has_form(self, kind: type[Lobe]) -> bool:
-        return True
-
-    def parallelogram(self) -> None:
-        return None
 
     def anchored(self) -> Floats:
         return np.zeros((3, 0))

@@ -108,7 +108,7 @@ class DiskLight:
         return column(self.normal), column(self.center)
 
     def unshadowed(self, points: ShadingPoints, glossy: bool) -> tuple[Floats, Floats]:
-        """Boundary integrals over the rim's circle and, where it is cut, along the horizon (`exact.kernels`).
+        """Boundary integrals over the rim's circle and, where it is cut, along the horizon (`boundary_integrals`).
 
         Anywhere before the disk, for any exponent. Relative error measured against quadrature above both horizons, at
         one to four radii and exponents to 20: Lambert 9e-16, lobe 5e-15 at most, bounds 4e-12 at most. The arcs' sum

@@ -14,7 +14,7 @@ def faced_by(corner: Floats, ab: Floats, ac: Floats, points: Floats) -> NDArray[
 
     A surface in the light's own plane sees it edge-on, and gets nothing. By how little rounding lifts a point of it off
     that plane does not matter to the light: to a point right before it, it fills half the sky. So points within the
-    rounding of the plane's equation count as on it, as for shadow rays (see `shadows`); the edges' product is known to
+    rounding of the plane's equation count as on it, as for shadow rays (see `segments`); the edges' product is known to
     rounding of its own, which tells where they are nearly parallel.
 
     Parameters

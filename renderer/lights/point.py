@@ -7,17 +7,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from nusselt.renderer.lobes import Lobe
-from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.validation import Vec3, colour, vector
 from nusselt.renderer.vectors import Floats, column, dot
 
-from .one_beam import one_beam
+from .one_beam import OneBeam
 from .text import Text
 
 
 @dataclass(frozen=True)
-class PointLight:
+class PointLight(OneBeam):
     """Irradiance intensity cos / R^2 at distance R.
 
     Parameters
@@ -30,9 +28,7 @@ class PointLight:
     position: Vec3
     intensity: Vec3
     kind: ClassVar[str] = "point"
-    has_extent: ClassVar[bool] = False
     at_infinity: ClassVar[bool] = False
-    area: ClassVar[float] = 0.0
     TEXT: ClassVar[Text] = Text("point", "position:xyz intensity:rgb")
 
     def __post_init__(self) -> None:
@@ -56,27 +52,6 @@ class PointLight:
 
     def at(self, u: float, v: float) -> Floats:
         return column(self.position)
-
-    def hull(self) -> Floats:
-        return column(self.position)
-
-    def middle(self) -> tuple[Floats, float]:
-        return column(self.position), 0.0
-
-    def body(self) -> None:
-        return None
-
-    def plane(self) -> None:
-        return None
-
-    def unshadowed(self, points: ShadingPoints, glossy: bool) -> tuple[Floats, Floats]:
-        return one_beam(self, points, glossy)
-
-    def has_form(self, kind: type[Lobe]) -> bool:
-        return True
-
-    def parallelogram(self) -> None:
-        return None
 
     def anchored(self) -> Floats:
         return column(self.position)

@@ -143,7 +143,7 @@ class ShadingPoints:
         Ellipsoid on whose outside the point lies, so that nothing of it is above its horizon; -1 for none, and for
         points on the inside of one.
     outside : (n,) bool
-        Whether it is known to lie on the front of one of the hierarchy's triangles (see `shadows`), with nothing of
+        Whether it is known to lie on the front of one of the hierarchy's triangles (see `segments`), with nothing of
         them around it: seen from beyond their bounding box.
     """
 

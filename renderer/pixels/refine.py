@@ -3,7 +3,7 @@
 A piece is first worth its radiance at the centroid (exact for a linear function), a whole pixel its centre plus
 the Laplacian over 24 of its neighbours (exact for a cubic one). Estimates of what is left:
 
-- a whole pixel: from fourth and sixth differences (see `smooth.WITHIN`).
+- a whole pixel: from fourth and sixth differences (see `interpolation.WITHIN`).
 - where a whole shadow fits in a pixel (see `doubt`): a quarter of the unshadowed radiance at least.
 - a piece, and a pixel beside an edge: an eighth of the largest amount by which its value misses what the whole
   pixels of its region around it predict, each with its own gradient; of the range of values where none does; the

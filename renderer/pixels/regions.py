@@ -100,7 +100,7 @@ class Regions:
             surface = np.where(disk < 0, surface, self.surfaces - self.geometry.disks + disk)
         for index in range(self.geometry.ellipsoids):
             t = ellipsoid_distance(self.geometry, index, self.lens.origin, d)
-            nearer = t < distance  # the very comparison of `primary.first_hits`: of what ties the triangle is seen
+            nearer = t < distance  # the very comparison of `camera.first_hits`: of what ties the triangle is seen
             distance = np.where(nearer, t, distance)
             surface[nearer] = self.faces.count + index
         return self._sided(surface, d, distance)

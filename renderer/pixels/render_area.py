@@ -1,8 +1,8 @@
 """The image whose pixels are averages over their areas, from an estimator without noise, to a tolerance.
 
 Where the edges run is one question, how bright it is between them another. The first is answered exactly (see
-`bits`, `moments`), the second by as few evaluations as the tolerance allows (see `smooth`, `refine`).
-Where pixels show many faces each, both are sampled (see `crowded`).
+`edge_fragments`, `moments`), the second by as few evaluations as the tolerance allows (see `interpolation`, `refine`).
+Where pixels show many faces each, both are sampled (see `supersampling`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators.protocol import Estimator
 from nusselt.renderer.image import Image
 from nusselt.renderer.needs import LeftOut, Needs
@@ -29,6 +28,7 @@ from .interpolation import WITHIN, error_bound, fill_centres, shifted
 from .moments import Edges, Pieces, pieces_of, visible_edges
 from .refine import Items, refine
 from .regions import Regions
+from .render_centre import refuse_noise
 from .render_crowded import render_crowded
 from .sampled import HALF_PLANE, Sampled, rays_in, resampled, shares_error
 from .shade import Palette, Shader, Work, palette_of, regions_of, surface_of, unshadowed
@@ -64,7 +64,7 @@ class AreaImage:
     evaluations : int
         Points shaded.
     pieces, sampled : int
-        Pieces of pixels with an edge; pixels whose regions were found by rays, or that were sampled (see `crowded`).
+        Pieces of pixels with an edge; pixels whose regions were found by rays, or that were sampled (`supersampling`).
     """
 
     image: Image
@@ -103,11 +103,8 @@ def render_area(
     InputError
         If the estimator is random, or the tolerance is not in (0, 1).
     """
-    if not 0 < tolerance < 1:
-        raise InputError("tolerance", tolerance, "a number in (0, 1)")
     _, geometry, needs = prepare(scene, everything)
-    if estimator.is_random(needs):
-        raise InputError("estimator", estimator.name, "one without noise in this scene, for pixels by area")
+    refuse_noise(estimator, needs, tolerance, "pixels by area")
     if is_crowded(geometry):
         image, error, evaluations, busy = render_crowded(scene, estimator, tolerance, executor)
         return AreaImage(image, error, tolerance, evaluations, 0, busy)

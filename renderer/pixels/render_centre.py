@@ -1,6 +1,6 @@
 """Pixel centres to a tolerance: evaluated where they must be, interpolated where neighbours' differences allow it.
 
-The same lattice and the same checked bounds as between the edges of pixels by area (see `smooth`). Interpolation
+The same lattice and the same checked bounds as between the edges of pixels by area (see `interpolation`). Interpolation
 stays within one plane of one surface: where every pixel shows another triangle, every pixel is evaluated.
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from nusselt.renderer.chunks import STRIP, gathered, pieces
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators.protocol import Estimator
 from nusselt.renderer.image import Image
+from nusselt.renderer.needs import Needs
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.radiance import reflected, still
 from nusselt.renderer.scene import Scene
@@ -64,6 +66,14 @@ class _Work:
         return reflected(look(scene, geometry, column + 0.5, row + 0.5).points, needs, still(self.estimator))
 
 
+def refuse_noise(estimator: Estimator, needs: Needs, tolerance: float, what: str) -> None:
+    """Refuse an estimator with noise in a scene of these needs, or a tolerance outside (0, 1)."""
+    if not 0 < tolerance < 1:
+        raise InputError("tolerance", tolerance, "a number in (0, 1)")
+    if estimator.is_random(needs):
+        raise InputError("estimator", estimator.name, f"one without noise in this scene, for {what}")
+
+
 def render_centre(
     scene: Scene, estimator: Estimator, *, tolerance: float = 1e-3, executor: Executor | None = None
 ) -> CentreImage:
@@ -85,30 +95,18 @@ def render_centre(
     InputError
         If the estimator is random, or the tolerance is not in (0, 1).
     """
-    if not 0 < tolerance < 1:
-        raise InputError("tolerance", tolerance, "a number in (0, 1)")
     near, geometry, needs = prepare(scene)
-    if estimator.is_random(needs):
-        raise InputError("estimator", estimator.name, "one without noise in this scene, for interpolation")
+    refuse_noise(estimator, needs, tolerance, "interpolation")
     height, width = scene.height, scene.width
     view = look(near, geometry, *pixel_centres(range(width), range(height)))
-    evaluated = 0
-
-    def evaluate(index: Ints) -> Floats:
-        nonlocal evaluated
-        evaluated += index.size
-        return work_on(scene, estimator, index, executor)
-
-    def allowed(first: Floats) -> float:
-        return tolerance * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
-
-    centre, bound, _ = fill_centres(planes(view).reshape(height, width), evaluate, allowed)
+    shade = CentreShader(scene, estimator, executor)
+    centre, bound, _ = fill_centres(planes(view).reshape(height, width), shade, partial(share_of_rms, tolerance))
     mean = np.where(np.isfinite(centre), centre, 0.0) + view.emission.reshape(3, height, width)
     square = float((np.where(np.isfinite(centre), centre, 0.0) ** 2).sum())
     error = math.sqrt(float((bound**2).sum()) / square) if square > 0 else 0.0
     back = int(view.back.sum())
     emitter, background = (v.reshape(height, width).astype(float) for v in (view.emitter, view.background))
-    return CentreImage(Image.without_noise(mean, emitter, background, back), error, tolerance, evaluated)
+    return CentreImage(Image.without_noise(mean, emitter, background, back), error, tolerance, shade.evaluations)
 
 
 def planes(view: View) -> Ints:
@@ -125,8 +123,32 @@ def planes(view: View) -> Ints:
     return found
 
 
-def work_on(scene: Scene, estimator: Estimator, index: Ints, executor: Executor | None) -> Floats:
-    """Reflected radiance (3, n) at the centres of pixels (n,) that reflect."""
-    row, column = np.divmod(index, scene.width)
-    order = np.lexsort((column, row // STRIP))
-    return gathered(_Work(scene, estimator), executor, pieces(order, SMALLEST), index)
+@dataclass
+class CentreShader:
+    """Shades centres of pixels on an executor, and counts.
+
+    Parameters
+    ----------
+    scene : Scene
+    estimator : Estimator
+    executor : Executor or None
+    evaluations : int
+        Pixels shaded so far.
+    """
+
+    scene: Scene
+    estimator: Estimator
+    executor: Executor | None
+    evaluations: int = 0
+
+    def __call__(self, index: Ints) -> Floats:
+        """Reflected radiance (3, n) at the centres of pixels (n,) that reflect."""
+        self.evaluations += index.size
+        row, column = np.divmod(index, self.scene.width)
+        order = np.lexsort((column, row // STRIP))
+        return gathered(_Work(self.scene, self.estimator), self.executor, pieces(order, SMALLEST), index)
+
+
+def share_of_rms(share: float, first: Floats) -> float:
+    """What a pixel may be off by, radiance, from the first that were evaluated (3, n)."""
+    return share * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import Executor
+from functools import partial
 
 import numpy as np
 
@@ -13,11 +14,10 @@ from nusselt.renderer.estimators.protocol import Estimator
 from nusselt.renderer.image import Image
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats, Ints
 
 from .first_estimates import means
 from .interpolation import fill_centres
-from .render_centre import planes, work_on
+from .render_centre import CentreShader, planes, share_of_rms
 from .supersampling import around_agrees, sample_crowd, touched
 
 SHARE = 0.5
@@ -40,17 +40,8 @@ def render_crowded(
     label = np.where(plane >= 0, plane, -1 - view.hits.surface.astype(np.int64) - 1).reshape(height, width)
     plain = around_agrees(label) & ~touched(near, geometry)
     region = np.where(plain, plane.reshape(height, width), -1)
-    evaluated = 0
-
-    def evaluate(index: Ints) -> Floats:
-        nonlocal evaluated
-        evaluated += index.size
-        return work_on(scene, estimator, index, executor)
-
-    def allowed(first: Floats) -> float:
-        return SHARE * tolerance * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
-
-    centre, bound, _ = fill_centres(region, evaluate, allowed)
+    shade = CentreShader(scene, estimator, executor)
+    centre, bound, _ = fill_centres(region, shade, partial(share_of_rms, SHARE * tolerance))
     image = means(centre, region)
     image[:, region < 0] = 0
     image += np.where(plain, view.emission.reshape(3, height, width), 0)
@@ -70,4 +61,4 @@ def render_crowded(
     error = math.sqrt((settled + left) / square) if square > 0 else 0.0
     back = int(view.back.sum())
     still = Image.without_noise(image, emitter, background, back)
-    return still, error, evaluated + crowd.evaluations, int(busy.size)
+    return still, error, shade.evaluations + crowd.evaluations, int(busy.size)

@@ -95,7 +95,7 @@ class Frames:
         total = np.zeros((5, pixel.size))
         for number in range(self.first, self.last):
             x, y, *light = (self.shift + number * STEPS) % 1.0
-            # One place in all pixels: most of the small triangles then touch none of the rays (see `pairs`).
+            # One place in all pixels: most of the small triangles then touch none of the rays (see `ragged`).
             view: View = look(scene, geometry, across + x, row + y)
             total[:3] += view.emission
             total[3] += view.emitter

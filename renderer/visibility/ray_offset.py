@@ -1,6 +1,6 @@
 """Shadow rays that start off the surface and stop short of the light, as other renderers' do.
 
-Ours need neither (see `shadows`). The rule is here so that an image can be made that is wrong in the same way:
+Ours need neither (see `segments`). The rule is here so that an image can be made that is wrong in the same way:
 from p + n lift (unit + max|p - centre|), and to (1 - short) of the way to the light.
 """
 

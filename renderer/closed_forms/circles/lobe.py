@@ -1,6 +1,6 @@
 """The lobe's boundary integral over arcs of circle cones, for any real exponent, with its error.
 
-v(phi) as in `rounds`; about w, t |v| and the two coordinates across are each p cos(phi) + q sin(phi) + m, and so are
+v(phi) as in `cones`; about w, t |v| and the two coordinates across are each p cos(phi) + q sin(phi) + m, and so are
 n . (v x dv) and w . (v x dv). An arc is cut at the lobe's horizon t = 0, in closed form, and by halving:
 
 below, far   t < 0, or t^s < e^-37 throughout: the azimuth about w, in closed form

@@ -5,7 +5,7 @@ lit      nothing reaches into the light's cone: closed form
 hidden   one occluder holds the whole light, or nothing is left of the contour: exactly 0
 exact    the boundary integral over the visible contour
 coarse   the same, where its bound is above COARSE
-silhouette  big closed meshes: see `penumbra`; taken for all points at once (`estimators.exact`)
+silhouette  big closed meshes: see `soft_shadows.meshes`; taken for all points at once (`estimators.exact`)
 sampled  too many candidates: the closed form minus a Monte Carlo estimate of what is hidden
 
 Each value comes with a bound of its error in units of the unoccluded value: what is left of a light deep in penumbra
