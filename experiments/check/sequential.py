@@ -23,7 +23,7 @@ from nusselt.renderer.image import Image, render
 from nusselt.renderer.scene import Scene
 
 from .check import MAX_SAMPLES, Answer, Progress, offset_asked, our_image, reference_target, seeds
-from .expectations import appearance, expectations_of
+from .expectations import appearance, expectations_of, with_grains
 from .question import Question
 from .rows import head_of, row_of, row_without
 
@@ -152,6 +152,7 @@ def _look(sides: Sides, question: Question, expectations: Expectations, look: in
     """Judge everything so far, at this look's share of the false-alarm rate."""
     ours, reference = combine_images(sides.ours), combine_references(sides.references)
     level = question.level.at_look(look)
+    expectations = with_grains(expectations, sides.scene, sides.estimator, sides.passes, reference)
     verdict = judge(
         ours, reference, passes=sides.passes, margin=question.margin, level=level, expectations=expectations
     )
