@@ -10,8 +10,8 @@ from nusselt.experiments.verdict.evidence import ROUNDING, TILE_MARGIN, Evidence
 from nusselt.experiments.verdict.rule import Finding
 from nusselt.renderer.vectors import Bools
 
-UNJUDGED = 1e-3
-"""Share of the shaded pixels that may lie within rounding of an edge."""
+UNJUDGED = 1e-2
+"""Share of the shaded pixels that may lie within rounding of an edge: rooms of 64 pixels a side have 3 in 1000."""
 
 
 @dataclass(frozen=True)
