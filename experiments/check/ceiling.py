@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from functools import lru_cache
+
 import numpy as np
 from scipy import ndimage
 
-from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import View, look
 from nusselt.renderer.estimators.protocol import BLOCK
 from nusselt.renderer.lights import colour
@@ -15,44 +17,61 @@ from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import reflect
 from nusselt.renderer.vectors import Floats
 
-SIDE = 6
-"""Light points a side of the grid, its border included, whose brightest is taken."""
+NODES = np.array([0.0, 0.5, 1.0])
+"""Of a grid of light points, whose brightest is refined once."""
+PIXELS = 1 << 16
+"""Of larger images as many are looked at, and their neighbours take the largest."""
 
 
+@lru_cache(maxsize=8)
 def sample_ceilings(scene: Scene) -> Floats:
     """The largest radiance, channels averaged, that one sample of each light's area can bring to each pixel.
 
-    Found on a grid over the light, its border included, and doubled: a lobe narrower than the grid is missed. Where a
-    pixel is its box, a sample may also meet whatever its neighbours show.
+    Found on a grid over the light, its border included, refined about its brightest point, and doubled: a lobe narrower
+    than a quarter of the light is missed. Where a pixel is its box, a sample may also meet what its neighbours show.
 
     Returns
     -------
     (l, h, w) float64
-        0 for a light without extent, or one that lights nothing.
+        0 for a light without extent, or one that lights nothing. Read-only.
     """
     scene, geometry, needs = prepare(scene)
-    rows = max(1, BLOCK // (SIDE**2 * scene.width))
-    out = np.zeros((len(scene.lights), scene.height, scene.width))
-    shows = np.zeros((scene.height, scene.width))
-    for start in range(0, scene.height, rows):
-        block = range(start, min(start + rows, scene.height))
-        view = look(scene, geometry, *pixel_centres(range(scene.width), block))
-        shows[block] = view.emission.mean(axis=0).reshape(len(block), -1)
+    step = math.ceil(math.sqrt(scene.width * scene.height / PIXELS))
+    columns, rows = np.arange(0, scene.width, step) + 0.5, np.arange(0, scene.height, step) + 0.5
+    out = np.zeros((1 + len(scene.lights), rows.size, columns.size))  # the first: what is seen
+    block = max(1, BLOCK // (NODES.size**2 * columns.size))
+    for start in range(0, rows.size, block):
+        these = slice(start, start + block)
+        x, y = (grid.ravel() for grid in np.meshgrid(columns, rows[these]))
+        view = look(scene, geometry, x, y)
+        out[0, these] = view.emission.mean(axis=0).reshape(-1, columns.size)
         for source in needs.sources:
             if source.has_extent and view.lit.size:
-                out[source.index, block] = _brightest(view, source).reshape(len(block), -1)
-    if scene.spp == 1:
-        return out
-    return np.asarray(ndimage.maximum_filter(np.maximum(out, shows), (0, 3, 3)))
+                out[1 + source.index, these] = _brightest(view, source).reshape(-1, columns.size)
+    if scene.spp > 1:
+        out = np.maximum(out, out[:1])
+    if step > 1 or scene.spp > 1:
+        out = ndimage.maximum_filter(out, (1, 3, 3))
+    whole = np.repeat(np.repeat(out[1:], step, axis=1), step, axis=2)[:, : scene.height, : scene.width]
+    whole.setflags(write=False)
+    return whole
 
 
 def _brightest(view: View, source: Source) -> Floats:
-    """Of the pixels of a view, (n,): twice the brightest light point of the grid, nothing in its way."""
-    points, places = view.points, np.linspace(0, 1, SIDE)
-    u, v = (grid.reshape(1, -1) for grid in np.meshgrid(places, places))
-    d, weight = source.light.beams(points.position, u, v)
-    each = points.take(np.repeat(np.arange(points.count), u.size))
-    alone = reflect(each, d.reshape(3, -1, 1), (weight * u.size).reshape(-1, 1), source.glossy) * colour(source.light)
+    """Of the pixels of a view, (n,): twice the brightest light point, nothing in its way."""
+    u, v = (grid.reshape(1, -1) for grid in np.meshgrid(NODES, NODES))
+    first = _alone(view, source, u, v)
+    best = first.argmax(axis=1)
+    near = [np.clip(node[0, best][:, None] + (node - 0.5) / 2, 0, 1) for node in (u, v)]
     out = np.zeros(view.background.size)
-    out[view.lit] = 2 * alone.mean(axis=0).reshape(points.count, u.size).max(axis=1)
+    out[view.lit] = 2 * np.maximum(first.max(axis=1), _alone(view, source, *near).max(axis=1))
     return out
+
+
+def _alone(view: View, source: Source, u: Floats, v: Floats) -> Floats:
+    """Radiance (n, k) that single samples at places of the light bring."""
+    points, k = view.points, u.shape[1]
+    d, weight = source.light.beams(points.position, u, v)
+    each = points.take(np.repeat(np.arange(points.count), k))
+    radiance = reflect(each, d.reshape(3, -1, 1), (weight * k).reshape(-1, 1), source.glossy) * colour(source.light)
+    return np.asarray(radiance.mean(axis=0).reshape(points.count, k))

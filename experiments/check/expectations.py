@@ -123,7 +123,7 @@ def with_grains(
     """The same with what one sample can bring to either side, where our estimator is one of ours: see `Side`."""
     if type(estimator) not in ESTIMATORS:
         return expectations
-    ceilings = sample_ceilings(scene)
+    ceilings = sample_ceilings(appearance(scene))
     ours = (scene.spp if scene.spp > 1 else estimator.samples) * passes
     theirs = np.maximum(reference.light_samples or (reference.samples,), 1)
     return replace(
