@@ -128,6 +128,7 @@ def with_grains(
     theirs = np.maximum(reference.light_samples or (reference.samples,), 1)
     return replace(
         expectations,
-        grain=ceilings.max(axis=0, initial=0.0) / ours,
+        # Points in common meet many pixels at once: how much their passes differ tells their noise.
+        grain=None if estimator.shares_points else ceilings.max(axis=0, initial=0.0) / ours,
         reference_grain=(ceilings / np.reshape(theirs, (-1, 1, 1))).max(axis=0, initial=0.0),
     )

@@ -81,7 +81,6 @@ def simulated(
             Side.of_passes(name, passes, by_passes),
             freedom=max(passes.shape[1] - 1.0, 1.0),
             grain=None if grain is None else np.full(passes.shape[3], grain / passes.shape[1]),
-            shares_points=by_passes and shares_points and name == "ours",
         )
         for name, passes, by_passes in (("ours", ours, shares_points), ("the reference", theirs, True))
     )

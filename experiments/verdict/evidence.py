@@ -186,7 +186,6 @@ def evidence_of(
             expectations.shares_points,
             sampled,
             of(expectations.grain),
-            expectations.shares_points,
             max(passes - 1, 1) if expectations.freedom is None else expectations.freedom,
             ours.clumping * alike.clumping,
         ), Side(

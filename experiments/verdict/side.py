@@ -27,8 +27,6 @@ class Side:
         Whether the standard error of its pooled mean comes from the passes alone.
     sampled : bool
         Whether anything in it is random, by what is known of scene and estimator: equal values prove nothing.
-    shares_points : bool
-        Whether its pixels share their light points.
     freedom : float
         Degrees of freedom of each pixel's variance.
     clumping : float
@@ -46,7 +44,6 @@ class Side:
     by_passes: bool
     sampled: bool = True
     grain: Floats | None = None
-    shares_points: bool = False
     freedom: float = 1.0
     clumping: float = 1.0
 
@@ -71,14 +68,10 @@ class Side:
         return np.asarray(self.sampled & (self.grey_variance.max(axis=-1, initial=0.0) > 0))
 
     def grain_of(self, weights: Floats | float) -> float:
-        """The most that one sample brings to a sum of pixels with these weights; 0 where no bound is known.
-
-        Where pixels share their light points, a sample is one of all of them.
-        """
+        """The most that one sample brings to a sum of pixels with these weights; 0 where no bound is known."""
         if self.grain is None or not self.sampled:
             return 0.0
-        brought = np.abs(weights) * self.grain
-        return float(brought.sum() if self.shares_points else brought.max(initial=0.0))
+        return float((np.abs(weights) * self.grain).max(initial=0.0))
 
 
 @dataclass(frozen=True)

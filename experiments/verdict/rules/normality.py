@@ -59,18 +59,13 @@ def side_objections(side: Side) -> list[tuple[Bools, str]]:
     few = np.asarray(side.by_passes and count < PASSES)
     objections = [(few, f"{side.name} has {count} passes, fewer than {PASSES}: more passes would decide")]
     if side.grain is None:  # no bound of what a sample may bring: only what was seen can speak
-        objections += _of_unbounded(side)
+        thin = resting_on(side.grey_variance) < FEWEST
+        heavy = f"the passes of {side.name} are heavy-tailed or skewed: larger passes would decide"
+        objections += [
+            (thin, f"the noise of {side.name} rests on fewer than {FEWEST} pixels: more samples would decide"),
+            (is_heavy(side.passes), heavy),
+        ]
     return [(side.is_random & rows, sentence) for rows, sentence in objections]
-
-
-def _of_unbounded(side: Side) -> list[tuple[Bools, str]]:
-    return [
-        (
-            resting_on(side.grey_variance) < FEWEST,
-            f"the noise of {side.name} rests on fewer than {FEWEST} pixels: more samples would decide",
-        ),
-        (is_heavy(side.passes), f"the passes of {side.name} are heavy-tailed or skewed: larger passes would decide"),
-    ]
 
 
 def excess_kurtosis(side: Side) -> Floats:
