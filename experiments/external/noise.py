@@ -1,0 +1,92 @@
+"""What noise a right image may have, known from the scene and from passes of ours before the image is looked at.
+
+Equal values never say that a pixel has no noise: eight passes of ours may all miss the corner of a light that a ninth
+finds, and so may somebody's two images. Only the scene says it: where no light with extent shines, and nothing else is
+drawn at random.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from nusselt.experiments.check.ceiling import sample_ceiling
+from nusselt.renderer.estimators import Estimator
+from nusselt.renderer.image import Image
+from nusselt.renderer.prepared import prepare
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Bools, Floats
+
+from .expected import Renders
+from .ground_truth import Truth
+
+UNKNOWN = 1e-9
+"""Share of the most that is supposed where our estimator has no noise: what differences ask for decides."""
+MISSED = 5.0
+"""Samples, on average, of which a reference that found none has surely missed no more: e^-5."""
+AROUND = 15
+"""Pixels a side of the square over which differences say how noisy an image is: 224 of them, without the pixel."""
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Of one image.
+
+    Parameters
+    ----------
+    sampled : (h, w) bool
+        Pixels whose value may be random.
+    deviation : (3, h, w) float64
+        Standard deviation; above 0 at every sampled pixel that is not black for certain.
+    variance : (h, w) float64
+        Of the channels' average.
+    grain : (h, w) float64
+        The most that one sample can bring to the pixel.
+    """
+
+    sampled: Bools
+    deviation: Floats
+    variance: Floats
+    grain: Floats
+
+
+def noise_of(scene: Scene, estimator: Estimator, rays: int, seen: Image, truth: Truth, renders: Renders) -> Noise:
+    """The noise of an estimator's image where passes of it showed some, and elsewhere the most it can have.
+
+    The mean of N values in [0, U] whose expectation is T varies by at most T U / N, and by U^2 / 4 N.
+    """
+    ceiling, boxed = sample_ceiling(scene), scene.spp > 1
+    mean = truth.reference.mean
+    most = grey = mean.mean(axis=0)
+    if boxed:  # whatever a pixel's neighbours show, some of its rays may meet
+        ceiling = ndimage.maximum_filter(np.maximum(ceiling, most), 3)
+    draws = rays if boxed else estimator.samples
+    if not truth.exact:
+        missed = MISSED * ceiling / max(truth.reference.samples, 1)
+        most = grey + 3 * truth.reference.pixel_standard_error + missed
+    lights = max(1, sum(source.has_extent for source in prepare(scene).needs.sources))
+    limit = np.minimum(most * ceiling, lights * ceiling**2 / 4) / draws
+    limit *= 1.0 if len(renders.passes) > 1 else UNKNOWN
+    sampled = seen.shaded & (ceiling > 0) & ((most > 0) | boxed)
+    variance = np.where(renders.pixel_variance > 0, renders.pixel_variance, limit)
+    tint = np.divide(mean, grey, out=np.ones_like(mean), where=grey > 0)
+    deviation = np.where(renders.deviation > 0, renders.deviation, np.sqrt(limit) * tint)
+    return Noise(sampled, np.where(sampled, deviation, 0.0), np.where(sampled, variance, 0.0), ceiling / draws)
+
+
+def asked_for(square: Floats, supposed: Floats, some: Bools) -> Floats:
+    """By what factor (h, w), at least 1, squared differences (h, w) exceed the variance supposed around each pixel.
+
+    Of the pixels ``some``, without the pixel itself: what is wrong there alone is not taken for noise.
+    """
+
+    def around(values: Floats) -> Floats:
+        total = values = np.where(some, values, 0.0)
+        for axis in (0, 1):
+            total = ndimage.correlate1d(total, np.ones(AROUND), axis, mode="constant")
+        return np.maximum(total - values, 0.0)
+
+    found, usual = around(square), around(supposed)
+    return np.maximum(1.0, np.divide(found, usual, out=np.ones_like(found), where=usual > 0))
