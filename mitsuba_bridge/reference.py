@@ -57,6 +57,8 @@ class Reference:
         What is approximate about it.
     seconds : dict
         Everything that comes from a clock.
+    light_samples : tuple of int
+        Samples per pixel of each light, where they are known.
     """
 
     mean: Floats
@@ -74,6 +76,7 @@ class Reference:
     llvm: str | None
     notes: tuple[str, ...]
     seconds: dict[str, Any]
+    light_samples: tuple[int, ...] = ()
 
     @property
     def pooled_error(self) -> float:
@@ -216,6 +219,7 @@ def render_reference(
         llvm=None if told.get("llvm") is None else str(told["llvm"]),
         notes=(running.sentence, *description.notes, *_said_of(arrays["holes"])),
         seconds={**told["seconds"], "whole": time.perf_counter() - started},
+        light_samples=tuple(int(count) for count in arrays["light_samples"]),
     )
 
 
@@ -236,5 +240,5 @@ def _check(arrays: dict[str, Floats], scene: Scene) -> None:
             raise ReferenceUnavailable(f"Mitsuba's process gave no {name} of shape {shape}")
         if not np.isfinite(arrays[name]).all():
             raise ReferenceUnavailable(f"Mitsuba's {name} is not finite everywhere")
-    if not {"pass_means", "samples", "passes"} <= arrays.keys():
+    if not {"pass_means", "samples", "passes", "light_samples"} <= arrays.keys():
         raise ReferenceUnavailable("Mitsuba's process did not say how it sampled")

@@ -27,7 +27,7 @@ from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.visibility.ray_offset import RayOffset
 
-from .expectations import Offsets, appearance, expectations_of
+from .expectations import Offsets, appearance, expectations_of, with_grains
 from .question import PixelRule, Question, ShadowOrigin
 from .rows import head_of, row_of, row_without
 
@@ -178,6 +178,7 @@ def check(
     started = time.perf_counter()
     first = seeds(question.seed, scene.name)[0]
     expectations = expectations_of(scene, estimator, first, question.timeout, executor, references.offsets)
+    expectations = with_grains(expectations, scene, estimator, passes, reference)
     seconds = seconds | {"expectations": time.perf_counter() - started}
     verdict = judge(
         ours, reference, passes=passes, margin=question.margin, level=question.level, expectations=expectations

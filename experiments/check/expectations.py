@@ -6,21 +6,24 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import Executor
+from dataclasses import replace
 
 import numpy as np
 
-from nusselt.experiments.verdict.evidence import TILES, Expectations, tile_numbers
+from nusselt.experiments.verdict.evidence import Expectations
 from nusselt.mitsuba_bridge.lights import strata_alike
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
-from nusselt.mitsuba_bridge.reference import ReferenceUnavailable
+from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable
 from nusselt.mitsuba_bridge.variance import Setting, measure_spread
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.estimators import Area, Estimator
+from nusselt.renderer.estimators import ESTIMATORS, Area, Estimator
 from nusselt.renderer.image import render
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 from nusselt.renderer.visibility.ray_offset import RayOffset
+
+from .ceiling import sample_ceilings
 
 
 def appearance(scene: Scene) -> Scene:
@@ -77,11 +80,10 @@ def offset_of(scene: Scene) -> RayOffset | None:
         return None
 
 
-def tile_offset(scene: Scene, seed: int, executor: Executor | None = None) -> Floats | None:
-    """Size (8, 8) of the bias, radiance, that Mitsuba's rule brings to each tile: with it minus without it.
+def shadow_offset(scene: Scene, seed: int, executor: Executor | None = None) -> Floats | None:
+    """The bias (h, w), radiance, that Mitsuba's rule brings: an image with it minus one without.
 
-    Both images have the same random numbers, so that only the rays that the rule moves past an edge differ; two
-    standard errors of what they leave are added.
+    Both images have the same random numbers, so that only the rays that the rule moves past an edge differ.
     """
     rule = offset_of(scene)
     if rule is None:
@@ -90,15 +92,7 @@ def tile_offset(scene: Scene, seed: int, executor: Executor | None = None) -> Fl
     estimator = Area(samples=side * side, stratified=True)
     plain = render(scene, estimator, seed=seed, executor=executor)
     moved = render(scene, estimator, seed=seed, executor=executor, offset=rule)
-    shaded = plain.shaded
-    step = (moved.mean - plain.mean).mean(axis=0)[shaded]
-    number = tile_numbers(scene.height, scene.width)[shaded]
-    count, total, square = (
-        np.bincount(number, weights, minlength=TILES**2) for weights in (np.ones(step.size), step, step**2)
-    )
-    size = np.maximum(count, 1)
-    error = np.sqrt(square) / size
-    return np.asarray(np.abs(total / size) + 2 * error).reshape(TILES, TILES)
+    return np.where(plain.shaded, (moved.mean - plain.mean).mean(axis=0), 0.0)
 
 
 Offsets = dict[tuple[str, int], Floats | None]
@@ -112,11 +106,28 @@ def expectations_of(
     executor: Executor | None,
     kept: Offsets | None = None,
 ) -> Expectations:
-    """All of it, with seeds of its own; the offsets of scenes already seen are ``kept``."""
+    """All of it but the grains, with seeds of its own; the offsets of scenes already seen are ``kept``."""
     first, second = (int(state) for state in np.random.SeedSequence([seed, 0x9E3779B9]).generate_state(2))
     kept = {} if kept is None else kept
     key = (appearance(scene).digest(), second)
     if key not in kept:
-        kept[key] = tile_offset(scene, second, executor)
+        kept[key] = shadow_offset(scene, second, executor)
     variance = mitsuba_variance(scene, estimator, first, timeout)
-    return Expectations(estimator.shares_points, variance, kept[key])
+    sampled = scene.spp > 1 or estimator.is_random(prepare(scene).needs)
+    return Expectations(estimator.shares_points, variance, kept[key], np.full((scene.height, scene.width), sampled))
+
+
+def with_grains(
+    expectations: Expectations, scene: Scene, estimator: Estimator, passes: int, reference: Reference
+) -> Expectations:
+    """The same with what one sample can bring to either side, where our estimator is one of ours: see `Side`."""
+    if type(estimator) not in ESTIMATORS:
+        return expectations
+    ceilings = sample_ceilings(scene)
+    ours = (scene.spp if scene.spp > 1 else estimator.samples) * passes
+    theirs = np.maximum(reference.light_samples or (reference.samples,), 1)
+    return replace(
+        expectations,
+        grain=ceilings.max(axis=0, initial=0.0) / ours,
+        reference_grain=(ceilings / np.reshape(theirs, (-1, 1, 1))).max(axis=0, initial=0.0),
+    )

@@ -99,7 +99,11 @@ def read_reference(path: Path, scene: Scene) -> tuple[Reference, dict[str, Any]]
         shape = (channels, scene.height, scene.width) if channels else (scene.height, scene.width)
         if found[name].shape != shape or not np.isfinite(found[name]).all():
             raise _refuse(path, f"damaged (its {name})", f"finite numbers of shape {shape}")
-    return unpacked(Reference, {name: head[name] for name in TOLD}, found), head
+    counts = head.get("light_samples", [])  # files of older versions do not say
+    if not isinstance(counts, list) or not all(isinstance(count, int) and count > 0 for count in counts):
+        raise InputError("light_samples", counts, "whole numbers above 0", str(path))
+    told = {name: head[name] for name in TOLD} | {"light_samples": counts}
+    return unpacked(Reference, told, found), head
 
 
 def _refuse(path: Path, found: str, accepted: str) -> InputError:

@@ -1,11 +1,12 @@
 """`nusselt check --until-decided`: passes are added on both sides until a row is decided or the time is up.
 
-Each look at the data spends a share of the declared false-alarm rate, alpha/(k (k+1)) for look k, and is as large
-as all before it together. Its parts lie on disk, so that a run that was cut short goes on where it stopped.
+The declared false-alarm rate holds at any number of looks (see `Level.at_time`): each adds a quarter of what is there,
+or as much as the first. Its parts lie on disk, so that a run that was cut short goes on where it stopped.
 """
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
@@ -23,13 +24,23 @@ from nusselt.renderer.image import Image, render
 from nusselt.renderer.scene import Scene
 
 from .check import MAX_SAMPLES, Answer, Progress, offset_asked, our_image, reference_target, seeds
-from .expectations import appearance, expectations_of
+from .expectations import appearance, expectations_of, with_grains
 from .question import Question
 from .rows import head_of, row_of, row_without
 
 FOLDER = "passes"
-LOOKS = 20
+LOOKS = 64
 """A millionfold of the first look's samples."""
+
+
+def share_of(look: int) -> float:
+    """Samples of look 1, 2, ... over those of the first."""
+    return 1.0 if look <= 5 else 1.25 ** (look - 5)
+
+
+def time_of(look: int) -> float:
+    """Samples of all looks so far over those of the first."""
+    return sum(share_of(k) for k in range(1, look + 1))
 
 
 class Sides:
@@ -79,7 +90,7 @@ class Sides:
             self.scene,
             self.estimator,
             seed=seeds(self.question.seed, self.scene.name, self.estimator.name, f"look {look}")[1],
-            passes=self.passes,
+            passes=math.ceil(self.ours[0].pass_means.size * share_of(look)),
             executor=self.executor,
             tolerance=ray_tolerance(self.scene),
             offset=offset,
@@ -87,13 +98,13 @@ class Sides:
         )
 
     def _reference(self, look: int) -> Reference:
-        more = 2 ** max(look - 2, 0)
+        more = share_of(look)
         names = (self.bare.digest(), *((f"look {look}",) if look > 1 else ()))
         return render_reference(
             self.bare,
             seed=seeds(self.question.seed, *names)[2],
             target_relative_se=reference_target(self.question, self.passes) / more**0.5,
-            max_samples=MAX_SAMPLES * more,
+            max_samples=round(MAX_SAMPLES * more),
             timeout=self.question.timeout,
             progress=self._told("reference"),
         )
@@ -113,7 +124,7 @@ def check_until(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> Answer:
-    """Check a scene, with twice the samples at each look, until it is decided.
+    """Check a scene, with more samples at each look, until it is decided.
 
     Parameters
     ----------
@@ -141,8 +152,7 @@ def check_until(
             return Answer(row_without(head, ours, problem, sides.seconds), ours, None, None)
         answer = _look(sides, question, expectations, look, command)
         now = time.perf_counter()
-        # The next look takes as long as all before it.
-        late = now - started + (now - begun) > budget
+        late = now - started + (now - begun) * share_of(look + 1) / share_of(look) > budget
         decided = answer.row["verdict"] != "undecided"
         if decided or look == LOOKS or (late and not sides.kept(look + 1)):
             return answer
@@ -151,7 +161,8 @@ def check_until(
 def _look(sides: Sides, question: Question, expectations: Expectations, look: int, command: str) -> Answer:
     """Judge everything so far, at this look's share of the false-alarm rate."""
     ours, reference = combine_images(sides.ours), combine_references(sides.references)
-    level = question.level.at_look(look)
+    level = question.level.at_time(time_of(look))
+    expectations = with_grains(expectations, sides.scene, sides.estimator, sides.passes, reference)
     verdict = judge(
         ours, reference, passes=sides.passes, margin=question.margin, level=level, expectations=expectations
     )

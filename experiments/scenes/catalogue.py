@@ -33,6 +33,10 @@ ALSO_EXACT = ("three-lights", "cornell", "cornell-boxes", "cornell-glossy")
 """Those whose soft shadows have no noise with the estimator `exact`: checked a second time with it."""
 
 
+DARK = ("lonely",)
+"""Those without light, where nothing can be judged."""
+
+
 @dataclass(frozen=True)
 class Asked:
     """A scene by name, and the estimator to check it with; None: its own."""
@@ -42,10 +46,11 @@ class Asked:
 
 
 def classic(estimator: str | None) -> list[Asked]:
-    """What is checked when all classic scenes are, with the one estimator asked for or with all that suit them."""
+    """What is checked when all classic scenes with a light are, with the one estimator asked for or with all that suit them."""
+    lit = [name for name in CLASSIC if name not in DARK]
     if estimator is not None:
-        return [Asked(name, estimator) for name in CLASSIC]
-    return [Asked(name, kind) for name in CLASSIC for kind in (None, "exact") if not kind or name in ALSO_EXACT]
+        return [Asked(name, estimator) for name in lit]
+    return [Asked(name, kind) for name in lit for kind in (None, "exact") if not kind or name in ALSO_EXACT]
 
 
 def summary(name: str) -> str:

@@ -19,12 +19,13 @@ from scipy import stats
 from nusselt.experiments.results.figures import BLUE, RED, canvas
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.scenes.catalogue import load
-from nusselt.experiments.verdict.evidence import Evidence, Seen, Side, tile_numbers
+from nusselt.experiments.verdict.evidence import Evidence
 from nusselt.experiments.verdict.intervals import average, freedom_of
 from nusselt.experiments.verdict.level import Level, findings
 from nusselt.experiments.verdict.rules import MEAN
 from nusselt.experiments.verdict.rules.mean import POWER
 from nusselt.experiments.verdict.rules.normality import is_doubtful
+from nusselt.experiments.verdict.side import Seen, Side
 from nusselt.mitsuba_bridge.variance import Setting, measure_spread
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
@@ -98,7 +99,8 @@ def simulated(ours: Floats, theirs: Floats, others: Floats | None, margin: float
     return Evidence(
         mine,
         their,
-        tile_numbers(side, side).ravel(),
+        (side, side),
+        np.arange(side * side),
         (Seen(mine.mean, nothing, nothing), Seen(their.mean, nothing, nothing)),
         unjudged=np.zeros(side * side, dtype=bool),
         margin=margin,

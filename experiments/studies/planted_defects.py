@@ -90,7 +90,7 @@ def find(planted: Planted, truths: Truths, level: Level, seed: int, executor: Ex
         parts.append(planted.render(scene, estimator, executor=executor, **options))
         ours = combine_images(parts)
         total = ours.pass_means.size
-        share = level.at_look(look)
+        share = level.at_time(total / FIRST)
         verdict = judge(ours, reference, passes=total, margin=planted.margin, level=share, expectations=expectations)
         if verdict.word == "differs" or total == look == 1:
             break

@@ -12,12 +12,18 @@ from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
 from nusselt.renderer.vectors import Bools, Floats
 
+from .alike import Alike
 from .intervals import average
+from .side import Seen, Side
 
 TILES = 8
 """Tiles a side."""
 TILE_MARGIN = 10
 """A tile's margin, a channel's and a single pixel's, in margins of the pooled mean: they see places, not hairs."""
+CHANCE = 1e-3
+"""How often an image without likeness has its interval widened by one."""
+STILL = 2
+"""Passes, at most, of a reference in which nothing is random."""
 ROUNDING = 2e-6
 """Relative rounding of Mitsuba's float32 radiance, as measured on noise-free pixels (5e-7 to 2e-6)."""
 
@@ -31,77 +37,33 @@ class Expectations:
     shares_points : bool
         Whether our pixels share their light points (see `Estimator`): then only whole passes are independent.
     variance : (h, w) float64, optional
-        What Mitsuba has for the same strategy and number of samples.
-    tile_offset : (8, 8) float64, optional
-        Size of the bias that the reference's own shadow rays bring there, radiance.
+        What one pass should have: Mitsuba's for the same strategy and number of samples, or our estimator's.
+    offset : (h, w) float64, optional
+        The bias that the reference's own shadow rays bring there, radiance.
+    sampled : (h, w) bool, optional
+        Pixels whose value of ours may be random, by scene and estimator; None: all, if there are several passes.
+    grain, reference_grain : (h, w) float64, optional
+        See `Side`.
+    freedom : float, optional
+        Degrees of freedom of our pixels' variance; None: the passes less one.
+    claims_variance : bool
+        Whether another variance is a defect of ours, or only to be said.
+    dark : str
+        Why there is no light to judge, where it is known.
     """
 
     shares_points: bool = False
     variance: Floats | None = None
-    tile_offset: Floats | None = None
+    offset: Floats | None = None
+    sampled: Bools | None = None
+    grain: Floats | None = None
+    reference_grain: Floats | None = None
+    freedom: float | None = None
+    claims_variance: bool = True
+    dark: str = ""
 
 
 NO_EXPECTATIONS = Expectations()
-
-
-@dataclass(frozen=True)
-class Side:
-    """What one renderer says of the n judged pixels.
-
-    Parameters
-    ----------
-    name : str
-        For sentences.
-    mean, variance : (b, c, n) float64
-        Radiance in c channels, and the variance of that mean.
-    grey_variance : (b, n) float64
-        The same of the channels' average: a pixel's channels share their light samples.
-    passes : (b, r) float64
-        Mean over pixels and channels, pass by pass.
-    by_passes : bool
-        Whether the standard error of its pooled mean comes from the passes alone.
-    """
-
-    name: str
-    mean: Floats
-    variance: Floats
-    grey_variance: Floats
-    passes: Floats
-    by_passes: bool
-
-    @classmethod
-    def of_passes(cls, name: str, passes: Floats, by_passes: bool) -> Side:
-        """From all values (b, r, c, n) of r passes."""
-        count, channels = passes.shape[1:3]
-        variance = passes.var(axis=1, ddof=1, dtype=np.float64) / count
-        grey = passes.mean(axis=2, dtype=np.float64)
-        grey_variance = variance[:, 0] if channels == 1 else grey.var(axis=1, ddof=1) / count
-        mean = passes.mean(axis=1, dtype=np.float64)
-        return cls(name, mean, variance, grey_variance, grey.mean(axis=2), by_passes)
-
-    @property
-    def is_random(self) -> Bools:
-        """(b,)"""
-        return np.asarray(self.grey_variance.max(axis=-1, initial=0.0) > 0)
-
-
-@dataclass(frozen=True)
-class Seen:
-    """One side at every pixel: radiance (b, c, p), and shares of camera rays that meet a light or nothing, (b, p)."""
-
-    mean: Floats
-    emitter: Floats
-    background: Floats
-
-    @property
-    def is_whole(self) -> Bools:
-        """Where no share is a random one, because a pixel's box is part emitter or part background."""
-        shares = np.stack((self.emitter, self.background))
-        return np.asarray(((shares == 0) | (shares == 1)).all(axis=0))
-
-    @property
-    def shaded(self) -> Bools:
-        return np.asarray((self.emitter == 0) & (self.background == 0))
 
 
 @dataclass(frozen=True)
@@ -111,8 +73,10 @@ class Evidence:
     Parameters
     ----------
     ours, reference : Side
-    tile : (n,) int64
-        Which of the 8 x 8 tiles each judged pixel belongs to, row by row.
+    shape : (int, int)
+        Height and width of the images.
+    place : (n,) int64
+        Row-major number of each judged pixel.
     everywhere : (Seen, Seen)
         Ours and the reference at every pixel.
     unjudged : (p,) bool
@@ -121,24 +85,46 @@ class Evidence:
         Relative bias declared not to matter, above 0.
     shares_points : bool
         See `Expectations`.
-    clumping : float
-        See `Image`.
+    still : (n,) bool
+        Pixels that are known to be without noise on either side.
     variance : (b, n) float64, optional
         What the variance of our mean should be.
-    tile_offset : (8, 8) float64 or 0
+    offset : (n,) float64 or 0
+        See `Expectations`.
+    noise : (b, h, w) float64, optional
+        One pass of ours less the mean of all: what is left of it is noise, alike on no two pixels.
+    partial : (Side, Side), optional
+        The pixels that are in part a light or nothing.
+    claims_variance, dark
         See `Expectations`.
     """
 
     ours: Side
     reference: Side
-    tile: NDArray[np.int64]
+    shape: tuple[int, int]
+    place: NDArray[np.int64]
     everywhere: tuple[Seen, Seen]
     unjudged: Bools
     margin: float
     shares_points: bool = False
-    clumping: float = 1.0
     variance: Floats | None = None
-    tile_offset: Floats | float = 0.0
+    offset: Floats | float = 0.0
+    noise: Floats | None = None
+    partial: tuple[Side, Side] | None = None
+    still: Bools | bool = False
+    claims_variance: bool = True
+    dark: str = ""
+
+    @property
+    def tile(self) -> NDArray[np.int64]:
+        """Which of the 8 x 8 tiles each judged pixel belongs to, (n,), row by row."""
+        return np.asarray(tile_numbers(*self.shape).ravel()[self.place])
+
+    def spread_out(self, values: Floats) -> Floats:
+        """Values (b, n) of the judged pixels in their places, (b, h, w); 0 elsewhere."""
+        image = np.zeros((values.shape[0], self.shape[0] * self.shape[1]))
+        image[:, self.place] = values
+        return image.reshape(-1, *self.shape)
 
     @cached_property
     def difference(self) -> Floats:
@@ -178,42 +164,80 @@ def evidence_of(
     ours: Image, reference: Reference, passes: int, margin: float, expectations: Expectations = NO_EXPECTATIONS
 ) -> Evidence:
     """A batch of one row; see `judge.judge`."""
-    judged = judged_pixels(ours, reference)
-
-    def at(values: Floats) -> Floats:
-        return values[None, ..., judged]
 
     def seen(side: Image | Reference) -> Seen:
         channels = side.mean.shape[0]
         return Seen(side.mean.reshape(1, channels, -1), side.emitter.reshape(1, -1), side.background.reshape(1, -1))
 
-    variance, offset = expectations.variance, expectations.tile_offset
-    return Evidence(
-        Side(
+    def both(where: Bools) -> tuple[Side, Side]:
+        def at(values: Floats) -> Floats:
+            return values[None, ..., where]
+
+        def of(grain: Floats | None) -> Floats | None:
+            return None if grain is None else grain[where]
+
+        sampled = bool(_sampled(ours, passes, expectations)[where].any())
+        return Side(
             "ours",
             at(ours.mean),
             at(ours.variance) / passes,
             at(ours.pixel_variance) / passes,
             ours.pass_means[None],
             expectations.shares_points,
-        ),
-        Side(
+            sampled,
+            of(expectations.grain),
+            expectations.shares_points,
+            max(passes - 1, 1) if expectations.freedom is None else expectations.freedom,
+            ours.clumping * alike.clumping,
+        ), Side(
             "the reference",
             at(reference.mean),
             at(reference.standard_error) ** 2,
             at(reference.pixel_standard_error) ** 2,
             reference.pass_means[None],
             True,
-        ),
-        tile=tile_numbers(*judged.shape)[judged],
+            reference.pass_means.size > STILL,
+            of(expectations.reference_grain),
+            freedom=max(reference.pass_means.size - 1, 1),
+        )
+
+    judged = judged_pixels(ours, reference)
+    noise = None if passes == 1 else np.where(judged, (ours.first - ours.mean).mean(axis=0), 0.0)
+    alike = Alike() if noise is None or expectations.shares_points else Alike.of(noise, CHANCE)
+    mixed = _mixed(ours, reference)
+    variance, offset = expectations.variance, expectations.offset
+    mine, theirs = both(judged)
+    return Evidence(
+        mine,
+        theirs,
+        shape=judged.shape,
+        place=np.flatnonzero(judged),
         everywhere=(seen(ours), seen(reference)),
         unjudged=unjudged(ours, reference).ravel(),
         margin=margin,
         shares_points=expectations.shares_points,
-        clumping=ours.clumping,
-        variance=None if variance is None else at(variance) / passes,
-        tile_offset=0.0 if offset is None else offset,
+        variance=None if variance is None else variance[None, judged] / passes,
+        offset=0.0 if offset is None else offset[judged],
+        noise=None if noise is None else noise[None],
+        partial=both(mixed) if mixed.any() else None,
+        still=~_sampled(ours, passes, expectations)[judged] & (reference.pass_means.size <= STILL),
+        claims_variance=expectations.claims_variance,
+        dark=expectations.dark,
     )
+
+
+def _sampled(ours: Image, passes: int, expectations: Expectations) -> Bools:
+    """Pixels (h, w) whose value of ours may be random."""
+    if expectations.sampled is not None:
+        return expectations.sampled
+    return np.full(ours.emitter.shape, passes > 1 or bool(ours.pixel_variance.any()))
+
+
+def _mixed(ours: Image, reference: Reference) -> Bools:
+    """Pixels (h, w) that are in part a light or nothing, on either side."""
+    shares = np.stack((ours.emitter, ours.background, reference.emitter, reference.background))
+    part = ((shares > 0) & (shares < 1)).any(axis=0)
+    return np.asarray(part & np.isfinite(ours.mean).all(axis=0) & ~unjudged(ours, reference))
 
 
 def tile_numbers(height: int, width: int) -> NDArray[np.int64]:

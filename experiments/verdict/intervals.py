@@ -14,6 +14,8 @@ from scipy import stats
 
 from nusselt.renderer.vectors import Bools, Floats
 
+from .side import Side
+
 VARIANCE_MARGIN = 0.1
 """A variance that is right within this share is right; so is the spread of passes."""
 
@@ -27,18 +29,26 @@ class Bias:
     value, standard_error : (...) float64
     freedom : (...) float64
         Degrees of freedom (Welch-Satterthwaite).
+    grain : float or (...) float64
+        The most that one sample brings to the value; see `half_width`.
     """
 
     value: Floats
     standard_error: Floats
     freedom: Floats
+    grain: Floats | float = 0.0
 
     def half_width(self, level: float, normal: bool | Bools = True) -> Floats:
         """Of the two-sided interval at this false-alarm rate.
 
-        Where not ``normal``, by Chebyshev's inequality: sqrt(1/level) standard errors, whatever the distribution.
+        Student's, of the standard error with the grain's ln(2/level) squares added: so many samples, at most, can have
+        been missed by every pass. Simulated on means of rare hits (1 to 1000 pixels, hit with probabilities 1e-4 to
+        0.5, 4 or 64 samples, 2 to 32 passes) the false-alarm rate was never above the level, where Student's interval
+        of the standard error alone failed up to 99.9 % of the time. Where no grain is known and the mean is not
+        ``normal``, by Chebyshev's inequality: sqrt(1/level) standard errors, whatever the distribution.
         """
-        return np.where(normal, stats.t.isf(level / 2, self.freedom), math.sqrt(1 / level)) * self.standard_error
+        unseen = np.sqrt(self.standard_error**2 + math.log(2 / level) * np.asarray(self.grain) ** 2)
+        return np.where(normal, stats.t.isf(level / 2, self.freedom), math.sqrt(1 / level)) * unseen
 
     def reserve(self, power: float) -> Floats:
         """How far beyond the end of the interval a true bias must lie to be found with this power."""
@@ -62,8 +72,30 @@ def pooled_bias(difference: Floats, noise: Floats, passes: Floats, our_passes: F
     our_passes : (..., s) float64, optional
         The same of ours, where pixels share their light points: then only whole passes are independent.
     """
-    by_pixels = noise.sum(axis=-1) / max(noise.shape[-1], 1) ** 2, freedom_of(noise)
-    return welch(average(difference), by_pixels if our_passes is None else _by_passes(our_passes), _by_passes(passes))
+    ours = _by_pixels(noise) if our_passes is None else _by_passes(our_passes)
+    return welch(average(difference), ours, _by_passes(passes))
+
+
+def weighted_bias(ours: Side, reference: Side, weights: Floats | float = 1.0) -> Bias:
+    """Mean of (ours - reference) times weights (n,) over pixels, with the noise and the grains of both sides.
+
+    Its passes tell a side's noise only where every weight is one.
+    """
+    count = max(ours.grey_variance.shape[-1], 1)
+
+    def noise(side: Side) -> tuple[Floats, Floats]:
+        if side.by_passes and np.ndim(weights) == 0:
+            return _by_passes(side.passes)
+        return _by_pixels(side.grey_variance * np.asarray(weights) ** 2 * side.clumping)
+
+    value = average((ours.grey - reference.grey) * weights)
+    grain = np.hypot(*(side.grain_of(np.broadcast_to(weights, (count,)) / count) for side in (ours, reference)))
+    return welch(value, noise(ours), noise(reference), grain=float(grain))
+
+
+def _by_pixels(noise: Floats) -> tuple[Floats, Floats]:
+    """Variance of the mean of independent pixels (..., n), and its degrees of freedom."""
+    return noise.sum(axis=-1) / max(noise.shape[-1], 1) ** 2, freedom_of(noise)
 
 
 def _by_passes(values: Floats) -> tuple[Floats, Floats]:
@@ -74,12 +106,12 @@ def _by_passes(values: Floats) -> tuple[Floats, Floats]:
     return np.var(values, axis=-1, ddof=1) / count, np.asarray(count - 1.0)
 
 
-def welch(value: Floats, *sides: tuple[Floats, Floats]) -> Bias:
+def welch(value: Floats, *sides: tuple[Floats, Floats], grain: float = 0.0) -> Bias:
     """A difference whose sides have the given (variance, degrees of freedom): Welch-Satterthwaite."""
     variance = np.asarray(sum(side[0] for side in sides))
     weight = np.asarray(sum(side[0] ** 2 / side[1] for side in sides))
     freedom = np.divide(variance**2, weight, out=np.full(weight.shape, 1e9), where=weight > 0)
-    return Bias(value, np.sqrt(variance), np.maximum(freedom, 1.0))
+    return Bias(value, np.sqrt(variance), np.maximum(freedom, 1.0), grain)
 
 
 def freedom_of(noise: Floats) -> Floats:
@@ -127,10 +159,3 @@ def error_of_mean(values: Floats, judged: Bools) -> float:
         return math.inf
     step = (values[:, 1:] - values[:, :-1])[pairs]
     return math.sqrt(float((step * step).mean()) / 2 / int(judged.sum()))
-
-
-def denoised_root(square: Floats, level: float) -> tuple[float, tuple[float, float]]:
-    """Root of a mean square (n,) whose expected noise has been taken out, with its interval."""
-    mean = float(square.mean())
-    reach = float(stats.norm.isf(level / 2)) * float(square.std()) / math.sqrt(square.size)
-    return math.sqrt(max(mean, 0.0)), (math.sqrt(max(mean - reach, 0.0)), math.sqrt(max(mean + reach, 0.0)))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -22,16 +22,16 @@ from .decision import Word, decide
 from .evidence import (
     NO_EXPECTATIONS,
     ROUNDING,
-    Evidence,
     Expectations,
     evidence_of,
     judged_pixels,
     pixel_counts,
     unjudged,
 )
-from .intervals import denoised_root, error_of_mean
+from .intervals import error_of_mean
 from .level import Level, findings
-from .rules import MEAN
+
+NoiseWord = Literal["as expected", "noisier", "quieter", "alike"]
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,9 @@ class Verdict:
     """All that is said of one row; "relative" is to the reference's mean over shaded pixels.
 
     The fields are those of `results.json`; ``tiles`` and ``tile_p`` are (8, 8), ``shaded`` is (h, w). ``broken``:
-    something that no estimator computes differs. ``more``: how many times the samples would decide.
+    something that no estimator computes differs. ``more``: how many times the samples would decide. ``noise_word``:
+    what its noise is beside the expected, "alike" where pixels have it in common. ``finds``: what contrast, residual
+    (RMS) and single pixel this row would have found, relative.
     """
 
     word: Word
@@ -61,6 +63,10 @@ class Verdict:
     variance_ratio: float | None
     variance_ratio_interval: tuple[float, float] | None
     pass_spread: float | None
+    noise_word: NoiseWord | None
+    noise_alike: float | None
+    pixels_off: int | None
+    finds: dict[str, float | None]
     excess_kurtosis: dict[str, float | None]
     course: CourseScore
     non_finite: int
@@ -108,6 +114,7 @@ def judge(
     figures = {name: _of_row(value) for finding in said.values() for name, value in finding.figures.items()}
     judged = judged_pixels(ours, reference)
     noise = {name: figures.pop(name) for name in ("bias_relative_standard_error", "bias_relative_freedom")}
+    finds = {name: figures.pop(f"finds_{name}") for name in ("contrast", "rms", "pixel")}
     scale = float(evidence.scale[0])
     return Verdict(
         word=word,
@@ -116,13 +123,23 @@ def judge(
         pixels=pixel_counts(ours) | {"shaded": int(judged.sum()), "unjudged": int(unjudged(ours, reference).sum())},
         reference_error_relative=reference.pooled_error / scale,
         **_errors(ours, reference, judged, scale),
-        **_denoised(evidence, level),
         variance=float(ours.pixel_variance[judged].mean()) if judged.any() else 0.0,
         course=course_score(ours, reference, passes),
         shaded=judged,
+        noise_word=_noise_word(figures.pop("variance_off"), figures["variance_ratio"], figures["noise_alike"]),
+        finds=finds,
         noise=noise | _noise_of_figures(ours, reference, judged, scale),
         **figures,
     )
+
+
+def _noise_word(off: bool | None, ratio: float | None, alike: float | None) -> NoiseWord | None:
+    """What is said of the noise; None where it could not be compared."""
+    if alike is not None:
+        return "alike"
+    if off is None or ratio is None:
+        return None
+    return ("noisier" if ratio > 1 else "quieter") if off else "as expected"
 
 
 def _of_row(values: Any) -> Any:
@@ -140,14 +157,6 @@ def _errors(ours: Image, reference: Reference, judged: Bools, scale: float) -> d
     square = (ours.first - reference.mean).mean(axis=0)[judged] ** 2
     rms = math.sqrt(float(square.mean())) if judged.any() else 0.0
     return {"rms": rms, "rms_relative": rms / scale}
-
-
-def _denoised(evidence: Evidence, level: Level) -> dict[str, Any]:
-    """RMS error of the limit: of the mean of all passes, both sides' noise taken out."""
-    square = (evidence.difference**2 - evidence.ours.grey_variance - evidence.reference.grey_variance)[0]
-    root, (low, high) = denoised_root(square, level.of(MEAN)) if square.size else (0.0, (0.0, 0.0))
-    scale = float(evidence.scale[0])
-    return {"rms_denoised_relative": root / scale, "rms_denoised_interval": (low / scale, high / scale)}
 
 
 def _noise_of_figures(ours: Image, reference: Reference, judged: Bools, scale: float) -> dict[str, float | None]:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+
+from scipy import stats
 
 from .evidence import Evidence
 from .rule import Finding, Rule
@@ -28,9 +31,20 @@ class Level:
         """What one rule may spend on one row."""
         return self.alpha / self.rows * (rule.share or 0.0) / sum(other.share or 0.0 for other in RULES)
 
-    def at_look(self, number: int) -> Level:
-        """The share of look 1, 2, ... at a growing number of samples: alpha/(k (k+1)), alpha in all."""
-        return Level(self.alpha / (number * (number + 1)), self.rows)
+    def at_time(self, time: float) -> Level:
+        """The level of a look at ``time`` times the samples of the first look, alpha in all at any number of looks.
+
+        The boundary of Robbins's normal mixture (1970; Howard et al. 2021): a sum of variance t stays within
+        sqrt((t + r) ln((t + r) / (r alpha^2))) for ever with probability 1 - alpha. Its r makes the first look cheap.
+        """
+        alpha = self.alpha / self.rows / len(RULES)  # about what a rule has: r hardly matters
+        r = 1 / (2 * math.log(1 / alpha) + math.log(1 + 2 * math.log(1 / alpha)))
+
+        def boundary(alpha: float) -> float:
+            return math.sqrt((1 + r / time) * (math.log((time + r) / r) - 2 * math.log(alpha)))
+
+        spent = 2 * float(stats.norm.sf(boundary(alpha))) / alpha
+        return Level(self.alpha * min(spent, 1.0), self.rows)
 
 
 def findings(evidence: Evidence, level: Level) -> dict[str, Finding]:

@@ -82,5 +82,6 @@ def combine_references(parts: Sequence[Reference]) -> Reference:
         holes=np.maximum.reduce([part.holes for part in parts]),
         pass_means=mean("pass_means"),
         samples=sum(part.samples for part in parts),
+        light_samples=tuple(sum(counts) for counts in zip(*(part.light_samples for part in parts), strict=True)),
         passes=sum(part.passes for part in parts),
     )

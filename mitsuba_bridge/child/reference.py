@@ -85,6 +85,7 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
         "pass_means": pass_means,
         "samples": np.array(max((p.samples * p.passes for p in plans), default=1)),
         "passes": np.array(max((p.passes for p in plans), default=1)),
+        "light_samples": np.array([p.samples * p.passes for p in plans[: len(description["lights"])]], dtype=float),
     }
 
 

@@ -12,14 +12,22 @@ from __future__ import annotations
 from nusselt.experiments.verdict.rule import Rule
 
 from .channels import Channels
+from .contrasts import Contrasts
+from .independence import Independence
+from .light import Light
 from .mean import Mean
 from .noise_free import NoiseFree
 from .normality import Normality
 from .pass_spread import PassSpread
+from .pixels import Pixels
+from .residual import Residual
 from .tiles import Tiles
 from .variance_ratio import VarianceRatio
 
 MEAN = Mean()
 """The one that decides what the others let pass."""
 
-RULES: tuple[Rule, ...] = (MEAN, Tiles(), VarianceRatio(), PassSpread(), Channels(), Normality(), NoiseFree())
+RULES: tuple[Rule, ...] = (
+    *(MEAN, Tiles(), Pixels(), Contrasts(), Residual(), VarianceRatio(), PassSpread(), Independence(), Channels()),
+    *(Normality(), NoiseFree(), Light()),
+)

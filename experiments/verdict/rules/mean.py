@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nusselt.experiments.verdict.evidence import ROUNDING, Evidence
-from nusselt.experiments.verdict.intervals import pooled_bias
+from nusselt.experiments.verdict.intervals import weighted_bias
 from nusselt.experiments.verdict.rule import Finding
 from nusselt.renderer.vectors import Floats
 
@@ -22,12 +22,11 @@ class Mean:
     """Fails where the whole interval lies outside the margin, objects where it lies across its end."""
 
     name: str = "mean"
-    share: float = 6.0
+    share: float = 11.0
 
     def __call__(self, evidence: Evidence, level: float) -> Finding:
-        ours, scale, margin = evidence.ours, evidence.scale, evidence.margin
-        our_passes = ours.passes if ours.by_passes else None
-        bias = pooled_bias(evidence.difference, ours.grey_variance, evidence.reference.passes, our_passes)
+        scale, margin = evidence.scale, evidence.margin
+        bias = weighted_bias(evidence.ours, evidence.reference)
         reach = bias.half_width(level, normal=~is_doubtful(evidence)) / scale + ROUNDING
         relative = bias.value / scale
         figures = {
@@ -46,21 +45,24 @@ def of_interval(low: Floats, high: Floats, margin: float, figures: dict[str, Flo
     """What intervals (b,) of the relative bias say."""
     outside = (low > margin) | (high < -margin)
     inside = (-margin <= low) & (high <= margin)
-    more = _more(low, high, margin)
+    middle = (low + high) / 2
+    right = (low <= 0) & (high >= 0)
+    more = np.where(right, _shrunk(high - low, 2 * margin), _shrunk(high - low, 2 * np.abs(margin - np.abs(middle))))
 
     def say(k: int) -> str:
         where = f"the bias lies in [{low[k]:+.3%}, {high[k]:+.3%}]"
         if outside[k] or inside[k]:
             return f"{where}, {'outside' if outside[k] else 'inside'} the margin of {margin:.3%}"
         if np.isinf(more[k]):
-            return f"{where}: it sits on the margin; declare another margin"
-        return f"{where}: about {more[k]:.0f} times the samples would decide"
+            where += ", across the margin's end" if not right[k] else ", far wider than the margin"
+            return f"{where} of {margin:.3%}: declare another margin"
+        seen = "if it is right" if right[k] else "if it is what it seems"
+        return f"{where}: {seen}, about {more[k]:.0f} times the samples would decide"
 
     return Finding(outside, say, ~(outside | inside), more, figures or {})
 
 
-def _more(low: Floats, high: Floats, margin: float) -> Floats:
-    """How many times the samples would decide, if the bias is what it seems."""
-    half, room = (high - low) / 2, np.abs(margin - np.abs(low + high) / 2)
-    factor = 1.3 * np.divide(half, room, out=np.full(half.shape, np.inf), where=room > 0) ** 2
+def _shrunk(length: Floats, room: Floats) -> Floats:
+    """How many times the samples bring an interval to a length; inf where no feasible number does."""
+    factor = 1.3 * np.divide(length, room, out=np.full(length.shape, np.inf), where=room > 0) ** 2
     return np.where(factor <= 1e4, np.maximum(2.0, np.ceil(factor)), np.inf)

@@ -88,9 +88,10 @@ class Tiles:
 
     def __call__(self, evidence: Evidence, level: float) -> Finding:
         ours, reference, scale = evidence.ours, evidence.reference, evidence.scale[:, None, None]
-        noise = ours.grey_variance * evidence.clumping + reference.grey_variance
+        noise = ours.grey_variance * ours.clumping + reference.grey_variance
         tiles = tile_biases(evidence.difference, noise, evidence.tile, ROUNDING * evidence.scale)
-        margin = np.maximum(TILE_MARGIN * evidence.margin * scale, evidence.tile_offset) + ROUNDING * scale
+        allowed = _of_offset(evidence.offset, evidence.tile)
+        margin = np.maximum(TILE_MARGIN * evidence.margin * scale, allowed) + ROUNDING * scale
         count = tiles.failing(level / TILES**2, margin)
         figures = {"tiles": tiles.bias / scale, "tile_p": tiles.p, "tiles_without_noise": tiles.without_noise}
         return Finding(
@@ -98,3 +99,13 @@ class Tiles:
             lambda k: f"{count[k]} of {TILES**2} tiles are off by more than {TILE_MARGIN} margins" if count[k] else "",
             figures=figures,
         )
+
+
+def _of_offset(offset: Floats | float, tile: NDArray[np.int64]) -> Floats:
+    """Size (8, 8) of what the reference's own shadow rays bring: its mean and two of its standard errors."""
+    step = np.broadcast_to(offset, tile.shape)
+    count, total, square = (
+        np.bincount(tile, weights, minlength=TILES**2) for weights in (np.ones(step.size), step, step**2)
+    )
+    size = np.maximum(count, 1)
+    return np.asarray(np.abs(total / size) + 2 * np.sqrt(square) / size).reshape(TILES, TILES)

@@ -17,7 +17,7 @@ from nusselt.renderer.vectors import Floats
 
 RESAMPLES = 400
 BATCH = 10
-FIGURES = ("variance_ratio", "variance_ratio_interval")
+FIGURES = ("variance_ratio", "variance_ratio_interval", "variance_off")
 TINY = 1e-300
 """In place of none: a resample may miss the only noisy pixel."""
 
@@ -55,18 +55,31 @@ def variance_ratio(ours: Floats, theirs: Floats, level: float) -> Ratio:
 
 @dataclass(frozen=True)
 class VarianceRatio:
-    """Fails where the whole interval of the ratio lies beyond its margin; says nothing of fewer than two pixels."""
+    """Fails where the whole interval of the ratio lies beyond its margin and the variance is claimed, else says so.
+
+    Says nothing of fewer than two pixels or passes.
+    """
 
     name: str = "variance ratio"
     share: float = 1.0
 
     def __call__(self, evidence: Evidence, level: float) -> Finding:
-        if evidence.variance is None or evidence.variance.shape[-1] < 2:
+        known = evidence.variance is not None and evidence.variance.shape[-1] >= 2
+        if evidence.variance is None or not known or evidence.ours.passes.shape[-1] < 2:
             return Finding(evidence.nowhere, lambda k: "", figures=dict.fromkeys(FIGURES))
         ratio = variance_ratio(evidence.ours.grey_variance, evidence.variance, level)
-        fails = ratio.fails
-        return Finding(
-            fails,
-            lambda k: f"the variance is {ratio.value[k]:.3g} times Mitsuba's for the same strategy" if fails[k] else "",
-            figures=dict(zip(FIGURES, (ratio.value, ratio.interval), strict=True)),
-        )
+        off, claimed = ratio.fails, evidence.claims_variance
+
+        def say(k: int) -> str:
+            if claimed:
+                told = f"the variance is {ratio.value[k]:.3g} times Mitsuba's for the same strategy"
+            else:
+                told = f"{_compared(ratio, k)}: {ratio.value[k]:.3g} times the expected variance"
+                told += f" [{ratio.low[k]:.3g}, {ratio.high[k]:.3g}]"
+            return told if off[k] else ""
+
+        return Finding(off & claimed, say, figures=dict(zip(FIGURES, (ratio.value, ratio.interval, off), strict=True)))
+
+
+def _compared(ratio: Ratio, k: int) -> str:
+    return "noisier" if ratio.value[k] > 1 else "quieter"

@@ -1,0 +1,60 @@
+"""Is the limit right pixel by pixel? The root mean square of the difference, both sides' noise taken out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from nusselt.experiments.verdict.evidence import ROUNDING, Evidence
+from nusselt.experiments.verdict.intervals import average, resting_on
+from nusselt.experiments.verdict.rule import Finding
+from nusselt.renderer.vectors import Floats
+
+from .mean import POWER
+
+ROOT_MARGIN = 5
+"""The residual's margin, in margins of the pooled mean."""
+
+
+@dataclass(frozen=True)
+class Residual:
+    """Fails where the residual's interval lies beyond its margin and what the reference's own shadow rays bring.
+
+    The squares' noise is estimated from the squares: the largest of them, as a grain (see `Bias.half_width`), keeps a
+    few wild ones from deciding. Where pixels share their light points their noise is not known to cancel.
+    """
+
+    name: str = "residual"
+    share: float = 1.0
+
+    def __call__(self, evidence: Evidence, level: float) -> Finding:
+        square = evidence.difference**2 - evidence.ours.grey_variance - evidence.reference.grey_variance
+        count = max(square.shape[-1], 1)
+        mean, scale = average(square), evidence.scale
+        spread = square**2 / count**2  # not about their mean: of one pixel that would be nothing
+        error = np.sqrt(spread.sum(axis=-1) + math.log(2 / level) * spread.max(axis=-1, initial=0.0))
+        freedom = 2 * resting_on(spread)
+        reach = stats.t.isf(level / 2, freedom) * error
+        own = float(average(np.broadcast_to(evidence.offset, (count,)) ** 2)) if square.size else 0.0
+        allowed = ((ROOT_MARGIN * evidence.margin + ROUNDING) * scale) ** 2 + 2 * own
+        fails = (mean - reach > allowed) & (not evidence.shares_points)
+        interval = np.stack((_root(mean - reach), _root(mean + reach)), axis=-1) / scale[:, None]
+        figures = {
+            "rms_denoised_relative": _root(mean) / scale,
+            "rms_denoised_interval": interval,
+            "finds_rms": _root(allowed + reach + stats.t.isf(1 - POWER, freedom) * error) / scale,
+        }
+        return Finding(
+            fails,
+            lambda k: (
+                f"pixels are off by {figures['rms_denoised_relative'][k]:.2%} (RMS) beyond noise" if fails[k] else ""
+            ),
+            figures=figures,
+        )
+
+
+def _root(values: Floats) -> Floats:
+    return np.asarray(np.sqrt(np.maximum(values, 0.0)))
