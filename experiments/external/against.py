@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from nusselt.experiments.check.check import seeds
+from nusselt.experiments.check.expectations import shadow_offset
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.images.formats import Raw
 from nusselt.experiments.images.transfer import RULES, Quantiser, Rule
@@ -17,7 +19,7 @@ from nusselt.renderer.image import Image
 from nusselt.renderer.scene import Scene
 
 from .diagnosis.case import nearer
-from .expected import Renders, own_renders, supposed_sampling
+from .expected import PASSES, Renders, own_renders, supposed_sampling
 from .ground_truth import Truth
 from .noise import Noise, noise_of
 from .sides import Sides, two_sides
@@ -89,14 +91,26 @@ def judged_against(
         passes=sides.images,
         margin=margin,
         level=question.level,
-        expectations=_expectations(noise, sides),
+        expectations=_expectations(scene, question, noise, sides, truth),
     )
     return Against(raws, verdict, sides, seen, quantiser, renders, noise, margin)
 
 
-def _expectations(noise: Noise, sides: Sides) -> Expectations:
-    """What is known of the images' noise; their variance is that of our estimator, where theirs was measured."""
-    return Expectations()
+def _expectations(scene: Scene, question: Question, noise: Noise, sides: Sides, truth: Truth) -> Expectations:
+    """What is known before the images are looked at; of one image, that its grains are coarser if it is noisier."""
+    alone = sides.images == 1
+    offset = None
+    if not truth.exact:
+        offset = shadow_offset(scene, seeds(question.seed, scene.name, "offset")[0])
+    return Expectations(
+        variance=None if alone else sides.supposed,
+        offset=offset,
+        sampled=noise.sampled,
+        grain=noise.grain * (max(sides.factor, 1.0) if alone else 1.0) / sides.images,
+        reference_grain=noise.reference_grain,
+        freedom=PASSES - 1 if alone else None,
+        claims_variance=False,
+    )
 
 
 def _found_out(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Reference, noise: Noise) -> Quantiser:

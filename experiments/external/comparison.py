@@ -142,8 +142,8 @@ def _warnings(scene: Scene, brought: Brought, shown: Against, estimator: Estimat
             "background not at all beside edges; ZIP, ZIPS, PIZ and RLE lose nothing"
         )
     if scene.spp > 1:
-        partly = int(((seen.emitter > 0) & (seen.emitter < 1)).sum())
-        found.append(f"pixels are areas: {partly} show part of a light and are left out")
+        partly = int((~seen.shaded & (seen.emitter < 1) & (seen.background < 1) & ~seen.unjudged).sum())
+        found.append(f"pixels are areas: {partly} show part of a light or of the background; no mean holds them")
         found.append("mistakes are looked for only where a pixel is its centre (spp 1)")
     return found
 

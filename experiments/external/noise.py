@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from nusselt.experiments.check.ceiling import sample_ceiling
+from nusselt.experiments.check.ceiling import sample_ceilings
 from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image
-from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Bools, Floats
 
@@ -42,14 +41,15 @@ class Noise:
         Standard deviation; above 0 at every sampled pixel that is not black for certain.
     variance : (h, w) float64
         Of the channels' average.
-    grain : (h, w) float64
-        The most that one sample can bring to the pixel.
+    grain, reference_grain : (h, w) float64
+        The most that one sample can bring to the pixel, and to the truth's.
     """
 
     sampled: Bools
     deviation: Floats
     variance: Floats
     grain: Floats
+    reference_grain: Floats
 
 
 def noise_of(scene: Scene, estimator: Estimator, rays: int, seen: Image, truth: Truth, renders: Renders) -> Noise:
@@ -57,23 +57,29 @@ def noise_of(scene: Scene, estimator: Estimator, rays: int, seen: Image, truth: 
 
     The mean of N values in [0, U] whose expectation is T varies by at most T U / N, and by U^2 / 4 N.
     """
-    ceiling, boxed = sample_ceiling(scene), scene.spp > 1
     mean = truth.reference.mean
-    most = grey = mean.mean(axis=0)
+    grey, boxed = mean.mean(axis=0), scene.spp > 1
+    ceilings = sample_ceilings(scene)
+    theirs = np.maximum(truth.reference.light_samples or (truth.reference.samples,), 1)
+    reference_grain = (ceilings / np.reshape(theirs, (-1, 1, 1))).max(axis=0, initial=0.0)
+    ceiling = ceilings.max(axis=0, initial=0.0)
     if boxed:  # whatever a pixel's neighbours show, some of its rays may meet
-        ceiling = ndimage.maximum_filter(np.maximum(ceiling, most), 3)
+        ceiling = np.maximum(ceiling, ndimage.maximum_filter(grey, 3))
     draws = rays if boxed else estimator.samples
-    if not truth.exact:
-        missed = MISSED * ceiling / max(truth.reference.samples, 1)
-        most = grey + 3 * truth.reference.pixel_standard_error + missed
-    lights = max(1, sum(source.has_extent for source in prepare(scene).needs.sources))
-    limit = np.minimum(most * ceiling, lights * ceiling**2 / 4) / draws
+    most = grey if truth.exact else grey + 3 * truth.reference.pixel_standard_error + MISSED * reference_grain
+    limit = np.minimum(most * ceiling, max(len(ceilings), 1) * ceiling**2 / 4) / draws
     limit *= 1.0 if len(renders.passes) > 1 else UNKNOWN
-    sampled = seen.shaded & (ceiling > 0) & ((most > 0) | boxed)
+    sampled = (seen.emitter < 1) & (seen.background < 1) if boxed else seen.shaded & (ceiling > 0) & (most > 0)
     variance = np.where(renders.pixel_variance > 0, renders.pixel_variance, limit)
     tint = np.divide(mean, grey, out=np.ones_like(mean), where=grey > 0)
     deviation = np.where(renders.deviation > 0, renders.deviation, np.sqrt(limit) * tint)
-    return Noise(sampled, np.where(sampled, deviation, 0.0), np.where(sampled, variance, 0.0), ceiling / draws)
+    return Noise(
+        sampled,
+        np.where(sampled, deviation, 0.0),
+        np.where(sampled, variance, 0.0),
+        ceiling / draws,
+        reference_grain,
+    )
 
 
 def asked_for(square: Floats, supposed: Floats, some: Bools) -> Floats:

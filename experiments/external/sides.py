@@ -27,7 +27,7 @@ from .ground_truth import Truth
 from .noise import Noise, asked_for
 
 PART = 0.5
-"""Share of a light given to a masked pixel: neither shaded nor plain, so that nothing is asked of it."""
+"""Share of a light given to a masked pixel, which is marked as not to be judged too: it is not one of the shaded."""
 SNAP = 1e-5
 """Radiance from a level's edge within which a noise-free value may have fallen to either side."""
 BLOCK = 8
@@ -44,8 +44,10 @@ class Sides:
     reference : Reference
     images : int
         How many images ``image.mean`` averages.
+    supposed : (h, w) float64
+        Variance that one image was supposed to have.
     factor : float
-        How many times the variance supposed the images have.
+        How many times that it has.
     saturated : int
         Shaded pixels that are masked.
     at_the_top : int
@@ -55,6 +57,7 @@ class Sides:
     image: Image
     reference: Reference
     images: int
+    supposed: Floats
     factor: float
     saturated: int
     at_the_top: int
@@ -63,16 +66,14 @@ class Sides:
 def stage(scene: Scene, truth: Truth) -> Image:
     """What our camera sees where, and which pixels lie at an edge.
 
-    Where pixels are areas, the truth says it: those that show part of a light are neither shaded nor plain, those that
-    show part of the background are shaded. Nor is a pixel plain beside one of another colour: two lights may meet in
-    it, and a reference's rays may have missed a sliver.
+    Where pixels are areas, the truth says it. Nothing is asked there of plain pixels beside another colour: two lights
+    may meet in one, and a reference's rays may have missed a sliver.
     """
     if scene.spp == 1:
         return render(scene, Area(samples=1), tolerance=ray_tolerance(scene))
     mean, emitter, background = truth.reference.mean, truth.reference.emitter, truth.reference.background
     part = (emitter == 1) & beside_another(mean, 3) | (background == 1) & beside_another(background[None], 3)
-    background = np.where((background < 1) & (emitter == 0), 0.0, background)
-    return Image.without_noise(mean, np.where(part, PART, emitter), background)
+    return replace(Image.without_noise(mean, np.where(part, PART, emitter), background), unjudged=part)
 
 
 def beside_another(colour: Floats, size: int) -> Bools:
@@ -101,7 +102,11 @@ def two_sides(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Referen
     decoded = np.where(noise.sampled, decoded, snapped)
     emitter = np.where(masked, PART, seen.emitter)
     judged = shaded & ~masked
-    variance, pixel_variance, factor = _variances(decoded, expected, noise, quantiser, truth, judged & noise.sampled)
+    level = np.where(noise.sampled, quantiser.spread(truth.mean), 0.0)
+    supposed = noise.variance + level.mean(axis=0)
+    variance, pixel_variance, factor = _variances(
+        decoded, expected, (noise.deviation**2 + level, supposed), truth, judged & noise.sampled
+    )
     levels = 255 * np.clip(np.nan_to_num(decoded), 0, 1)
     image = replace(
         seen,
@@ -116,23 +121,23 @@ def two_sides(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Referen
         ),
         left_out=(),
         emitter=emitter,
+        unjudged=seen.unjudged | masked,
     )
     top = int((raws[0].values == quantiser.top).any(axis=0)[shaded].sum()) if quantiser.top else 0
     reference = replace(truth, mean=expected, emitter=emitter, background=seen.background)
-    return Sides(image, reference, len(raws), factor, int(saturated.sum()), top)
+    return Sides(image, reference, len(raws), supposed, factor, int(saturated.sum()), top)
 
 
 def _variances(
-    decoded: Floats, expected: Floats, noise: Noise, quantiser: Quantiser, truth: Reference, some: Bools
+    decoded: Floats, expected: Floats, of_one: tuple[Floats, Floats], truth: Reference, some: Bools
 ) -> tuple[Floats, Floats, float]:
-    """Variance of one of k images (3, h, w), of its channels' average (h, w), and how much above the supposed it is.
+    """Variance of one of k images (3, h, w), of its channels' average (h, w), and how many times the supposed it is.
 
     Of several it is their own; where they are equal by chance, that chance counts as one value beside the supposed. Of
     one it is the supposed, and more where differences ask for more: they hold mistakes too, which makes intervals
     longer, never shorter.
     """
-    level = np.where(noise.sampled, quantiser.spread(truth.mean), 0.0)
-    supposed, supposed_grey = noise.deviation**2 + level, noise.variance + level.mean(axis=0)
+    supposed, supposed_grey = of_one
     grey, count = decoded.mean(axis=1), len(decoded)
     if count > 1:
         own, own_grey = decoded.var(axis=0, ddof=1), grey.var(axis=0, ddof=1)
