@@ -46,6 +46,8 @@ OF_EXPERIMENTS = (
     Entry("rate_interval", INTERVAL, "Clopper and Pearson's, 99 %"),
     Entry("allowed", NUMBER, "what the upper end may be"),
     Entry("expected", NUMBER, "the rate predicted"),
+    Entry("times", NUMBER, "calibration: samples to a decision over the first look's, looked for at any time"),
+    Entry("times_doubling", NUMBER, "calibration: the same where each look doubles the samples"),
     Entry("undecided_share", NUMBER, "rows whose noise is not taken for normal"),
     Entry("defect", TEXT, "planted-defects: which; null for a right renderer"),
     Entry("samples_to_detection", COUNT, "planted-defects: until it was found"),

@@ -46,7 +46,7 @@ class Asked:
 
 
 def classic(estimator: str | None) -> list[Asked]:
-    """What is checked when all classic scenes with a light are, with the one estimator asked for or with all that suit them."""
+    """What is checked when all classic scenes with a light are: with the estimator asked for, or all that suit them."""
     lit = [name for name in CLASSIC if name not in DARK]
     if estimator is not None:
         return [Asked(name, estimator) for name in lit]

@@ -8,17 +8,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from nusselt.experiments.studies import calibration
-from nusselt.experiments.studies.calibration import (
-    SIMULATED,
-    World,
-    false_alarms,
-    from_pool,
-    interval,
-    power,
-    power_at_smallest,
-    simulated,
-)
+from nusselt.experiments.studies import worlds
+from nusselt.experiments.studies.calibration import false_alarms, interval, power, power_at_smallest
+from nusselt.experiments.studies.stopping import AT_ANY_TIME, DOUBLING, times_to_decide
+from nusselt.experiments.studies.worlds import SIMULATED, World, from_pool, simulated
 from nusselt.experiments.verdict.decision import decide
 from nusselt.experiments.verdict.evidence import Expectations
 from nusselt.experiments.verdict.judge import judge
@@ -80,11 +73,14 @@ def test_rows_of_a_batch_are_judged_as_alone(world):
     ours[3] *= 1.3
     ours[4, ..., 0] += 50
     ours[5] = 1 + 3 * (ours[5] - 1)
-    many = findings(simulated(ours, theirs, others if k else None, margin, world.shares_points), level)
+    evidence = simulated(ours, theirs, others if k else None, margin, world.shares_points, world.grain)
+    many = findings(evidence, level)
+    side = int(ours.shape[-1] ** 0.5)
     for row in range(12):
         image, reference = image_of(ours[row]), reference_of(theirs[row])
         variance = image_of(others[row]).pixel_variance if k else None
-        expectations = Expectations(world.shares_points, variance)
+        grains = [None if world.grain is None else np.full((side, side), world.grain / passes) for passes in (n, r)]
+        expectations = Expectations(world.shares_points, variance, None, None, *grains)
         verdict = judge(image, reference, passes=n, margin=margin, level=level, expectations=expectations)
         word, reason, more = decide(many.values(), row)
         assert (verdict.word, verdict.more) == (word, more), (row, verdict.reason, reason)
@@ -104,6 +100,22 @@ def test_null_reports_hardly_ever_differ(world):
         assert row["undecided_share"] > 0.1
 
 
+def test_rare_hits_false_alarm_where_what_a_sample_brings_is_not_told():
+    """The same hits with a grain of nothing: the guard is what keeps the rate."""
+    few = next(world for world in SIMULATED if world.name == "hits in few pixels")
+    liar = dataclasses.replace(few, grain=1e-12)
+    allowed = stats.binom.isf(1e-6, 200, 0.05)
+    assert false_alarms(few, 0.05, 200, 0.07, seed=3)["hits"] <= allowed
+    assert false_alarms(liar, 0.05, 200, 0.07, seed=3)["hits"] > allowed
+
+
+def test_a_decision_looked_for_at_any_time_takes_no_more_samples():
+    """Of a right image whose first look is too noisy; rows of both ways, within five standard errors of their mean."""
+    now, before = (times_to_decide(way, 0.0, 0.5, np.random.default_rng(2), 1000) for way in (AT_ANY_TIME, DOUBLING))
+    assert now.mean() < before.mean() + 5 * np.hypot(now.std(), before.std()) / 1000**0.5
+    assert now.mean() < before.mean()
+
+
 def test_a_planted_bias_is_found_as_often_as_predicted():
     """1000 rows: observed and predicted within 5 binomial sd and 1 % for the approximate degrees of freedom."""
     for bias in (5e-3, 8e-3, 1e-2):
@@ -121,14 +133,14 @@ def test_power_at_the_smallest_detectable_bias_is_what_is_printed():
 
 def test_an_instrument_that_lies_is_caught():
     """Pixels that share their numbers, judged as if they did not: alarms in far more than 5 % of the reports."""
-    liar = World("shared, and not said", calibration._shared)
+    liar = World("shared, and not said", worlds._shared)
     assert false_alarms(liar, 0.05, 100, 0.07, seed=6)["hits"] > 50
 
 
 def test_heavy_tails_and_few_passes_never_agree():
     """With a margin so wide that everything else would."""
     rng = np.random.default_rng(9)
-    for world in SIMULATED:
+    for world in (world for world in SIMULATED if world.grain is None or world.shares_points):
         n, _, _ = world.passes
         ours, few = np.split(world.draw(rng, 3, n + 8), [n], axis=1)
         said = findings(simulated(ours, few, None, 10.0, world.shares_points), Level(1e-3, 1)).values()
