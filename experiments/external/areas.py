@@ -10,6 +10,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 
 import numpy as np
+from scipy import ndimage
 
 from nusselt.experiments.check.check import Progress
 from nusselt.experiments.check.question import Question, with_pixel_rule
@@ -26,7 +27,7 @@ from .sides import Sides, beside_another, stage
 FEWEST = 0.1
 """Share of the plain pixels beside an edge that differ where pixels are areas, at least."""
 CLEAR = 0.02
-"""Of the brighter, by which a centre and an area differ that are compared."""
+"""Of the brightest around, by which a centre and an area differ that are compared."""
 NEARER = 0.75
 """Share, at most, that is left of the squared difference of centres from areas: a ray at the pixel's corner in place of
 its centre leaves four times as much, r rays at random 2 / r."""
@@ -70,9 +71,10 @@ def _explained(shown: Against, centres: Truth, areas: Truth) -> bool:
     """Whether images lie nearer to areas than centres do, where the two are clearly apart; noise taken out."""
     image = np.mean([shown.quantiser.decode(raw) for raw in shown.raws], axis=0).mean(axis=0)
     centre, area = (truth.reference.mean.mean(axis=0) for truth in (centres, areas))
-    apart = (np.abs(centre - area) > CLEAR * np.maximum(centre, area)) & np.isfinite(image)
+    scale = ndimage.maximum_filter(np.maximum(centre, area), 3)  # an edge of a light counts as much as any other
+    apart = (np.abs(centre - area) > CLEAR * scale) & np.isfinite(image)
     if not apart.any():
         return False
     noise = shown.noise.variance / len(shown.raws) + areas.reference.pixel_standard_error**2
-    left = float(((image - area) ** 2 - noise)[apart].sum())
-    return left <= NEARER * float(((centre - area) ** 2)[apart].sum())
+    left, right = ((image - area) ** 2 - noise)[apart], ((centre - area) ** 2)[apart]
+    return float((left / scale[apart] ** 2).sum()) <= NEARER * float((right / scale[apart] ** 2).sum())

@@ -28,11 +28,11 @@ from .diagnosis import diagnose
 from .diagnosis.diagnose import Mistake
 from .expected import Renders, Scores, course_scores, described, expected_scores
 from .ground_truth import Truth, ground_truth
-from .shared_noise import common_noise, different, repeated_noise, whitened
+from .shared_noise import apart, common_noise, different, repeated_noise, whitened
 from .sides import Sides, stage
 
 ALIKE = 0.5
-"""Variance among images, over what is supposed, below which they have their noise in common."""
+"""Variance among images, over what is supposed, at half of the pixels: below it their noise is in common."""
 
 
 @dataclass(frozen=True)
@@ -105,13 +105,11 @@ def _with_noise(mistakes: tuple[Mistake, ...], shown: Against) -> tuple[Mistake,
 
     Noise in common makes images differ less from each other than independent ones do; a mistake in common does not.
     """
-    name, sides = "correlated-seeds", shown.sides
-    deviation, base = shown.noise.deviation.mean(axis=0), sides.reference.mean
-    fields = [
-        whitened((shown.quantiser.decode(raw) - base).mean(axis=0), deviation, sides.image.shaded) for raw in shown.raws
-    ]
+    name, image, deviation = "correlated-seeds", shown.sides.image, shown.noise.deviation.mean(axis=0)
+    steps = [(shown.quantiser.decode(raw) - shown.sides.reference.mean).mean(axis=0) for raw in shown.raws]
+    fields = [whitened(step, deviation, image.shaded) for step in steps]
     common = common_noise(fields)
-    if common and sides.factor < ALIKE:
+    if common and apart(steps, deviation, fields[0] != 0) < ALIKE:
         return (Mistake(name, common, "images of different seeds have noise in common"), *mistakes)
     again, (down, right) = repeated_noise(fields[0])
     told = f"the noise is repeated {right} pixels to the side and {down} down"

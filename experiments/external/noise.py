@@ -59,12 +59,14 @@ def noise_of(scene: Scene, estimator: Estimator, rays: int, seen: Image, truth: 
     """
     mean = truth.reference.mean
     grey, boxed = mean.mean(axis=0), scene.spp > 1
-    ceilings = sample_ceilings(scene)
+    ceilings = sample_ceilings(scene.with_(spp=1) if truth.exact else scene)
     theirs = np.maximum(truth.reference.light_samples or (truth.reference.samples,), 1)
     reference_grain = (ceilings / np.reshape(theirs, (-1, 1, 1))).max(axis=0, initial=0.0)
     ceiling = ceilings.max(axis=0, initial=0.0)
-    if boxed:  # whatever a pixel's neighbours show, some of its rays may meet
-        ceiling = np.maximum(ceiling, ndimage.maximum_filter(grey, 3))
+    if boxed:  # whatever a pixel's neighbours show, some of its rays may meet; no light where it is known to show none
+        shows = np.where(seen.shaded, np.maximum(ceiling, grey), 0.0)
+        around = ndimage.maximum_filter(np.maximum(ceiling, grey), 3)
+        ceiling = np.where(seen.shaded & truth.exact, ndimage.maximum_filter(shows, 3), around)
     draws = rays if boxed else estimator.samples
     most = grey if truth.exact else grey + 3 * truth.reference.pixel_standard_error + MISSED * reference_grain
     limit = np.minimum(most * ceiling, max(len(ceilings), 1) * ceiling**2 / 4) / draws
