@@ -15,6 +15,7 @@ from nusselt.experiments.images.transfer import RULES, Quantiser, Rule
 from nusselt.experiments.verdict.evidence import Expectations
 from nusselt.experiments.verdict.judge import Verdict, judge
 from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import Image
 from nusselt.renderer.scene import Scene
 
@@ -26,6 +27,8 @@ from .sides import Sides, two_sides
 
 SURE = 3.0
 """Standard errors beyond which a rule of levels fits worse than another."""
+ALIKE = 0.5
+"""Variance among images, over what is supposed, below which their noise may be in common."""
 LOSSY = 0.01
 """Margin, at least, of images of a lossy compression: B44 makes noisy pixels 0.5 % brighter on average."""
 
@@ -79,11 +82,16 @@ def judged_against(
     """
     estimator, rays = supposed_sampling(scene, question)
     renders = own_renders(scene, estimator, rays)
-    noise = noise_of(scene, estimator, rays, seen, truth, renders)
+    known = len(renders.passes) > 1
+    supposed = renders if known else own_renders(scene, Area(samples=estimator.samples), rays)
+    draws = estimator.samples if scene.spp == 1 else rays
+    noise = noise_of(scene, draws, seen, truth, supposed, least=1.0 if known else 0.0)
     quantiser = brought.quantiser
     if quantiser.top and not brought.rule_given:
         quantiser = _found_out(seen, raws, quantiser, truth.reference, noise)
     sides = two_sides(seen, raws, quantiser, truth.reference, noise)
+    if in_common(sides, noise):
+        sides = two_sides(seen, raws[:1], quantiser, truth.reference, noise)
     margin = max(question.margin, LOSSY if any(raw.rounding.lossy for raw in raws) else 0.0)
     verdict = judge(
         sides.image,
@@ -96,6 +104,19 @@ def judged_against(
     return Against(raws, verdict, sides, seen, quantiser, renders, noise, margin)
 
 
+def in_common(sides: Sides, noise: Noise) -> bool:
+    """Whether images that are quieter than supposed are far from the truth by what they are quieter than each other.
+
+    Seeds that are not used, but for the order of a sum, give such images; they tell as little of noise as one does.
+    """
+    if sides.images == 1 or sides.factor > ALIKE:
+        return False
+    some = sides.image.shaded & ~sides.image.unjudged & noise.sampled
+    own = sides.image.pixel_variance / sides.images + sides.reference.pixel_standard_error**2
+    square = ((sides.image.mean - sides.reference.mean).mean(axis=0)) ** 2
+    return bool(np.nansum(square[some]) > own[some].sum() / ALIKE)
+
+
 def _expectations(scene: Scene, question: Question, noise: Noise, sides: Sides, truth: Truth) -> Expectations:
     """What is known before the images are looked at; of one image, that its grains are coarser if it is noisier."""
     alone = sides.images == 1
@@ -106,7 +127,7 @@ def _expectations(scene: Scene, question: Question, noise: Noise, sides: Sides, 
         variance=None if alone else sides.supposed,
         offset=offset,
         sampled=noise.sampled,
-        grain=noise.grain * (max(sides.factor, 1.0) if alone else 1.0) / sides.images,
+        grain=noise.grain * (sides.factor if alone or not noise.least else 1.0) / sides.images,
         reference_grain=noise.reference_grain,
         freedom=PASSES - 1 if alone else None,
         claims_variance=False,

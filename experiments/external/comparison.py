@@ -22,7 +22,7 @@ from nusselt.renderer.image import Image
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
-from .against import Against, Brought, judged_against
+from .against import ALIKE, Against, Brought, judged_against
 from .areas import against_areas, may_be_areas
 from .diagnosis import diagnose
 from .diagnosis.diagnose import Mistake
@@ -30,9 +30,6 @@ from .expected import Renders, Scores, course_scores, described, expected_scores
 from .ground_truth import Truth, ground_truth
 from .shared_noise import apart, common_noise, different, repeated_noise, whitened
 from .sides import Sides, stage
-
-ALIKE = 0.5
-"""Variance among images, over what is supposed, at half of the pixels: below it their noise is in common."""
 
 
 @dataclass(frozen=True)
@@ -119,16 +116,24 @@ def _with_noise(mistakes: tuple[Mistake, ...], shown: Against) -> tuple[Mistake,
 def _warnings(scene: Scene, brought: Brought, shown: Against, estimator: Estimator) -> list[str]:
     found = [*scene.warnings, *dict.fromkeys(note for raw in brought.raws for note in raw.notes)]
     sides, seen, count = shown.sides, shown.seen, len(brought.raws)
-    if count > sides.images:
+    if count > len(shown.raws):
         found.append(
-            f"{count - sides.images} of {count} images are repeated bit by bit: your renderer does not use the seed; "
-            "equal images count as one"
+            f"{count - len(shown.raws)} of {count} images are repeated bit by bit: your renderer does not use the "
+            "seed; equal images count as one"
+        )
+    if len(shown.raws) > sides.images:
+        found.append(
+            "the images differ less from each other than from the truth: their noise may be in common, and "
+            "they count as one"
         )
     if sides.images == 1:
+        told = f"that of our {described(estimator)}, or " if shown.noise.least else ""
         found.append(
-            f"one image: its noise is supposed to be that of our {described(estimator)}, or what its differences ask "
-            "for; a second seed would measure it, and only then is its variance judged"
+            f"one image: its noise is supposed to be {told}what its differences ask for; a second seed would measure "
+            "it, and only then is its variance judged"
         )
+    elif shown.verdict.noise_word in ("noisier", "quieter"):
+        found.append(f"the expected variance is that of our {described(estimator)} (--estimator, --samples)")
     if sides.saturated:
         found.append(f"{sides.saturated} shaded pixels can be cut off at the top of the range: masked, not judged")
     if shown.quantiser.top and not brought.rule_given:

@@ -13,7 +13,6 @@ import numpy as np
 from scipy import ndimage
 
 from nusselt.experiments.check.ceiling import sample_ceilings
-from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Bools, Floats
@@ -21,8 +20,6 @@ from nusselt.renderer.vectors import Bools, Floats
 from .expected import Renders
 from .ground_truth import Truth
 
-UNKNOWN = 1e-9
-"""Share of the most that is supposed where our estimator has no noise: what differences ask for decides."""
 MISSED = 5.0
 """Samples, on average, of which a reference that found none has surely missed no more: e^-5."""
 AROUND = 15
@@ -43,6 +40,8 @@ class Noise:
         Of the channels' average.
     grain, reference_grain : (h, w) float64
         The most that one sample can bring to the pixel, and to the truth's.
+    least : float
+        Share of it that one image has at least: 0 where the number of its samples is not known.
     """
 
     sampled: Bools
@@ -50,12 +49,24 @@ class Noise:
     variance: Floats
     grain: Floats
     reference_grain: Floats
+    least: float
 
 
-def noise_of(scene: Scene, estimator: Estimator, rays: int, seen: Image, truth: Truth, renders: Renders) -> Noise:
+def noise_of(scene: Scene, draws: int, seen: Image, truth: Truth, renders: Renders, least: float = 1.0) -> Noise:
     """The noise of an estimator's image where passes of it showed some, and elsewhere the most it can have.
 
     The mean of N values in [0, U] whose expectation is T varies by at most T U / N, and by U^2 / 4 N.
+
+    Parameters
+    ----------
+    draws : int
+        N: light samples of a pixel, or camera rays where pixels are areas.
+    seen : Image
+        From `sides.stage`.
+    renders : Renders
+        Of the estimator.
+    least : float
+        See `Noise`.
     """
     mean = truth.reference.mean
     grey, boxed = mean.mean(axis=0), scene.spp > 1
@@ -67,10 +78,8 @@ def noise_of(scene: Scene, estimator: Estimator, rays: int, seen: Image, truth: 
         shows = np.where(seen.shaded, np.maximum(ceiling, grey), 0.0)
         around = ndimage.maximum_filter(np.maximum(ceiling, grey), 3)
         ceiling = np.where(seen.shaded & truth.exact, ndimage.maximum_filter(shows, 3), around)
-    draws = rays if boxed else estimator.samples
     most = grey if truth.exact else grey + 3 * truth.reference.pixel_standard_error + MISSED * reference_grain
     limit = np.minimum(most * ceiling, max(len(ceilings), 1) * ceiling**2 / 4) / draws
-    limit *= 1.0 if len(renders.passes) > 1 else UNKNOWN
     sampled = (seen.emitter < 1) & (seen.background < 1) if boxed else seen.shaded & (ceiling > 0) & (most > 0)
     variance = np.where(renders.pixel_variance > 0, renders.pixel_variance, limit)
     tint = np.divide(mean, grey, out=np.ones_like(mean), where=grey > 0)
@@ -81,11 +90,12 @@ def noise_of(scene: Scene, estimator: Estimator, rays: int, seen: Image, truth: 
         np.where(sampled, variance, 0.0),
         ceiling / draws,
         reference_grain,
+        least,
     )
 
 
 def asked_for(square: Floats, supposed: Floats, some: Bools) -> Floats:
-    """By what factor (h, w), at least 1, squared differences (h, w) exceed the variance supposed around each pixel.
+    """How many times (h, w) the variance supposed squared differences (h, w) are around each pixel.
 
     Of the pixels ``some``, without the pixel itself: what is wrong there alone is not taken for noise.
     """
@@ -97,4 +107,4 @@ def asked_for(square: Floats, supposed: Floats, some: Bools) -> Floats:
         return np.maximum(total - values, 0.0)
 
     found, usual = around(square), around(supposed)
-    return np.maximum(1.0, np.divide(found, usual, out=np.ones_like(found), where=usual > 0))
+    return np.divide(found, usual, out=np.ones_like(found), where=usual > 0)

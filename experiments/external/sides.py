@@ -105,7 +105,7 @@ def two_sides(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Referen
     level = np.where(noise.sampled, quantiser.spread(truth.mean), 0.0)
     supposed = noise.variance + level.mean(axis=0)
     variance, pixel_variance, factor = _variances(
-        decoded, expected, (noise.deviation**2 + level, supposed), truth, judged & noise.sampled
+        decoded, expected, (noise.deviation**2 + level, supposed), noise.least, truth, judged & noise.sampled
     )
     levels = 255 * np.clip(np.nan_to_num(decoded), 0, 1)
     image = replace(
@@ -129,7 +129,7 @@ def two_sides(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Referen
 
 
 def _variances(
-    decoded: Floats, expected: Floats, of_one: tuple[Floats, Floats], truth: Reference, some: Bools
+    decoded: Floats, expected: Floats, of_one: tuple[Floats, Floats], least: float, truth: Reference, some: Bools
 ) -> tuple[Floats, Floats, float]:
     """Variance of one of k images (3, h, w), of its channels' average (h, w), and how many times the supposed it is.
 
@@ -146,8 +146,8 @@ def _variances(
         return np.where(own > 0, own, share * supposed), np.where(own_grey > 0, own_grey, share * supposed_grey), factor
     square = (grey[0] - expected.mean(axis=0)) ** 2
     usual, some = supposed_grey + truth.pixel_standard_error**2, some & np.isfinite(square)
-    times = asked_for(square, usual, some)
-    return times * supposed, times * supposed_grey, max(1.0, _ratio(square, usual, some))
+    times = np.maximum(asked_for(square, usual, some), least)
+    return times * supposed, times * supposed_grey, max(_ratio(square, usual, some), least)
 
 
 def _ratio(one: Floats, other: Floats, some: Bools) -> float:

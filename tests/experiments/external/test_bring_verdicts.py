@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from brought import BALL, ROOM, honest, judged
 from builders import floor, lamp, scene
+from test_bring_programs import run
 
 from nusselt.experiments.external import comparison
 from nusselt.experiments.external.diagnosis.diagnose import Diagnosis
 from nusselt.experiments.results.compare import compare_rows
+from nusselt.experiments.scenes.catalogue import load
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.estimators import Area
+from nusselt.renderer.estimators import Analytic, Area
 from nusselt.renderer.image import render
 from nusselt.renderer.lights import PointLight
 
@@ -89,12 +91,15 @@ def test_a_mistake_in_common_is_not_noise_in_common():
     assert "correlated-seeds" not in [mistake["name"] for mistake in row["likely_mistakes"][:1]]
 
 
-def test_two_images_with_noise_in_common_are_told_so():
+@pytest.mark.parametrize("share", [0.1, 1e-6])
+def test_images_with_noise_in_common_count_as_one_and_are_told_so(share):
+    """A tenth of other noise, or a sum in another order."""
     one, other = honest(ROOM, 1, stratified=False), honest(ROOM, 2, stratified=False)
-    row = judged(ROOM, [one, 0.9 * one + 0.1 * other], margin=1e-3, stratified=False)
-    assert row["verdict"] == "undecided"
+    row = judged(ROOM, [one, (1 - share) * one + share * other], stratified=False)
+    assert row["verdict"] == "undecided", row["reason"]
+    assert row["single_image"]
+    assert any("count as one" in note for note in row["warnings"])
     assert row["likely_mistakes"][0]["name"] == "correlated-seeds"
-    assert row["noise_word"] in ("quieter", "alike")
 
 
 def test_two_runs_of_a_renderer_are_compared():
@@ -116,3 +121,23 @@ def test_two_runs_of_a_renderer_are_compared():
 def test_options_of_levels_are_refused_with_radiance(option, value):
     with pytest.raises(InputError, match=option):
         judged(ROOM, [honest(ROOM, 1)], **{option: value})
+
+
+@pytest.mark.parametrize("option", [("--tolerance", 1e-3), ("--shadow-origin", "mitsuba"), ("--runs", 2)])
+def test_options_that_images_have_no_use_for_are_refused(tmp_path, option):
+    np.save(tmp_path / "image.npy", honest(ROOM, 1))
+    status, _, error = run("check", "quad", tmp_path / "image.npy", *option)
+    assert status == 2
+    assert "makes no use of it" in error
+
+
+@pytest.mark.usefixtures("undiagnosed")
+def test_an_image_without_noise_of_a_scene_with_a_closed_form():
+    """Nothing is known of its noise but what its differences say: none, and then three pixels are seen."""
+    made = load("quad").with_(width=48, height=36)
+    image = render(made, Analytic()).mean.transpose(1, 2, 0)
+    assert judged(made, [image.astype(np.float32)])["verdict"] == "agrees"
+    sampled = judged(made, [honest(made, 1)])
+    assert sampled["verdict"] == "undecided"
+    image[24, 20:23] *= 0.8
+    assert judged(made, [image])["verdict"] == "differs"
