@@ -41,7 +41,9 @@ external_options = together(
     External,
     "external",
     click.option("--transfer", default="linear", show_default=True, help="Curve of levels: linear, srgb, gamma:2.2."),
-    click.option("--quantisation", default="auto", show_default=True, help="Of levels: truncate, round or auto."),
+    click.option(
+        "--quantisation", default="auto", show_default=True, help="Of levels: truncate, round, floor256 or auto."
+    ),
     click.option("--renderer", metavar="COMMAND", help="A program with {scene} {xml} {samples} {seed} {output}."),
     click.option(
         "--image-type",

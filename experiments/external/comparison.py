@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import time
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,46 +13,23 @@ from nusselt.experiments.check.check import Progress
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.check.rows import as_claimed, judged, reference_entry
-from nusselt.experiments.images.formats import Raw
 from nusselt.experiments.images.formats.png import to_levels
-from nusselt.experiments.images.transfer import RULES, Quantiser, Rule
-from nusselt.experiments.verdict.judge import Verdict, judge
-from nusselt.experiments.verdict.level import Level
+from nusselt.experiments.images.transfer import RULES, Quantiser
+from nusselt.experiments.verdict.judge import Verdict
 from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
+from .against import ALIKE, Against, Brought, judged_against
+from .areas import against_areas, may_be_areas
 from .diagnosis import diagnose
-from .diagnosis.diagnose import Diagnosis, Mistake
-from .diagnosis.probe import Probe
-from .expected import Renders, Scores, course_scores, expected_scores, own_renders
+from .diagnosis.diagnose import Mistake
+from .expected import Renders, Scores, course_scores, described, expected_scores
 from .ground_truth import Truth, ground_truth
-from .shared_noise import common_noise, different, repeated_noise, whitened
-from .sides import Sides, stage, two_sides
-
-
-@dataclass(frozen=True)
-class Brought:
-    """What a user brings.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Where each image came from.
-    raws : list of Raw
-    quantiser : Quantiser
-    rule_given : bool
-        Whether the user said how levels were made.
-    renderer : str
-        What made the images, for the row.
-    """
-
-    names: tuple[str, ...]
-    raws: list[Raw]
-    quantiser: Quantiser
-    rule_given: bool
-    renderer: str = "image"
+from .shared_noise import apart, common_noise, different, repeated_noise, whitened
+from .sides import Sides, stage
 
 
 @dataclass(frozen=True)
@@ -80,18 +56,16 @@ def compare(
     started = time.perf_counter()
     estimator = question.of(scene)
     truth = ground_truth(scene, question, references, executor, progress)
-    seen = stage(scene)
-    probe = Probe(scene, estimator.samples, estimator.stratified)
-    renders = own_renders(scene, estimator, probe)
     raws = different(brought.raws)
-    quantiser = brought.quantiser
-    if quantiser.top and not brought.rule_given:
-        quantiser = _found_out(seen, raws, quantiser, truth.reference, renders)
-    sides = two_sides(seen, raws, quantiser, truth.reference, renders)
-    level: Level = question.level
-    verdict = judge(sides.image, sides.reference, passes=sides.images, margin=question.margin, level=level)
-    diagnosis = _diagnosis(scene, brought, raws, estimator.samples, estimator.stratified, progress)
-    mistakes = _with_noise(diagnosis, brought, raws, sides, renders)
+    seen = stage(scene, truth)
+    shown = judged_against(scene, brought, raws, question, truth, seen)
+    verdict, sides = shown.verdict, shown.sides
+    if verdict.word == "differs" and may_be_areas(scene, seen, sides):
+        verdict = against_areas(verdict, scene, brought, raws, question, references, truth, executor, progress)
+    mistakes: tuple[Mistake, ...] = ()
+    if verdict.word != "agrees" and scene.spp == 1:
+        told = diagnose(scene, raws, shown.quantiser, estimator.samples, estimator.stratified, progress)
+        mistakes = _with_noise(told.mistakes, shown)
     needs = prepare(scene).needs
     row = {
         "scene": scene.name,
@@ -101,16 +75,17 @@ def compare(
         "samples": estimator.samples,
         "stratified": estimator.stratified,
         "passes": sides.images,
-        "margin": question.margin,
+        "margin": shown.margin,
         "seed": question.seed,
         "command": command,
         "left_out": [vars(entry) for entry in needs.left_out],
-        "warnings": _warnings(scene, brought, sides, quantiser),
+        "warnings": _warnings(scene, brought, shown, estimator),
         "images": {},
         "brought": list(brought.names),
         **judged(verdict),
-        **_scores(brought, quantiser, truth.reference, renders, seen),
-        "quantisation": _said(quantiser, brought),
+        **_noise_of_row(verdict, sides),
+        **_scores(brought, shown.quantiser, truth.reference, shown.renders, seen),
+        "quantisation": _said(shown.quantiser, brought),
         "saturated": {"masked": sides.saturated, "at_the_top": sides.at_the_top},
         "single_image": sides.images == 1,
         "likely_mistakes": [vars(mistake) for mistake in mistakes],
@@ -122,68 +97,63 @@ def compare(
     return Comparison(row, sides, truth, verdict)
 
 
-def _found_out(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Reference, renders: Renders) -> Quantiser:
-    """The rule under which the images lie nearer to the truth."""
-    both = {rule: two_sides(seen, raws, replace(quantiser, rule=rule), truth, renders) for rule in RULES}
-    some = ~seen.unjudged
-    for sides in both.values():
-        some = some & sides.image.shaded
+def _with_noise(mistakes: tuple[Mistake, ...], shown: Against) -> tuple[Mistake, ...]:
+    """The hypotheses' ranking, with noise that images or places have in common.
 
-    def distance(rule: Rule) -> float:
-        step = (both[rule].image.mean - both[rule].reference.mean)[:, some]
-        return float((step * step).mean()) if step.size else 0.0
-
-    usual_first = sorted(RULES, key=lambda rule: rule != quantiser.rule)
-    return replace(quantiser, rule=min(usual_first, key=distance))
-
-
-def _diagnosis(
-    scene: Scene, brought: Brought, raws: list[Raw], samples: int, stratified: bool, progress: Progress | None
-) -> Diagnosis:
-    if scene.spp > 1:
-        return Diagnosis((), math.nan, math.nan)
-    return diagnose(scene, raws, brought.quantiser, samples, stratified, progress)
-
-
-def _with_noise(
-    diagnosis: Diagnosis, brought: Brought, raws: list[Raw], sides: Sides, renders: Renders
-) -> tuple[Mistake, ...]:
-    """The hypotheses' ranking, with noise that images or places have in common."""
-    name, mistakes = "correlated-seeds", diagnosis.mistakes
-    noisy = bool((255 * renders.deviation > 0.5).any())
-    if len(raws) < len(brought.raws) and noisy:
-        told = f"{len(brought.raws) - len(raws)} of {len(brought.raws)} images are repeated bit by bit"
-        return (Mistake(name, 1.0, told), *mistakes)
-    deviation = renders.deviation.mean(axis=0)
-    base = sides.reference.mean
-    fields = [
-        whitened((brought.quantiser.decode(raw) - base).mean(axis=0), deviation, sides.image.shaded) for raw in raws
-    ]
+    Noise in common makes images differ less from each other than independent ones do; a mistake in common does not.
+    """
+    name, image, deviation = "correlated-seeds", shown.sides.image, shown.noise.deviation.mean(axis=0)
+    steps = [(shown.quantiser.decode(raw) - shown.sides.reference.mean).mean(axis=0) for raw in shown.raws]
+    fields = [whitened(step, deviation, image.shaded) for step in steps]
     common = common_noise(fields)
-    if common:
+    if common and apart(steps, deviation, fields[0] != 0) < ALIKE:
         return (Mistake(name, common, "images of different seeds have noise in common"), *mistakes)
     again, (down, right) = repeated_noise(fields[0])
-    if again and (not mistakes or again > mistakes[0].explained):
-        told = f"the noise is repeated {right} pixels to the side and {down} down"
-        return (Mistake(name, again, told), *mistakes)
-    return mistakes
+    told = f"the noise is repeated {right} pixels to the side and {down} down"
+    return (*mistakes, Mistake(name, again, told)) if again else mistakes
 
 
-def _warnings(scene: Scene, brought: Brought, sides: Sides, quantiser: Quantiser) -> list[str]:
+def _warnings(scene: Scene, brought: Brought, shown: Against, estimator: Estimator) -> list[str]:
     found = [*scene.warnings, *dict.fromkeys(note for raw in brought.raws for note in raw.notes)]
-    if sides.images == 1:
+    sides, seen, count = shown.sides, shown.seen, len(brought.raws)
+    if count > len(shown.raws):
         found.append(
-            "one image: its noise is supposed to be our estimator's, or what its differences ask for; "
-            "a second seed would measure it, and only then is its variance judged"
+            f"{count - len(shown.raws)} of {count} images are repeated bit by bit: your renderer does not use the "
+            "seed; equal images count as one"
         )
+    if len(shown.raws) > sides.images:
+        found.append(
+            "the images differ less from each other than from the truth: their noise may be in common, and "
+            "they count as one"
+        )
+    if sides.images == 1:
+        told = f"that of our {described(estimator)}, or " if shown.noise.least else ""
+        found.append(
+            f"one image: its noise is supposed to be {told}what its differences ask for; a second seed would measure "
+            "it, and only then is its variance judged"
+        )
+    elif shown.verdict.noise_word in ("noisier", "quieter"):
+        found.append(f"the expected variance is that of our {described(estimator)} (--estimator, --samples)")
     if sides.saturated:
         found.append(f"{sides.saturated} shaded pixels can be cut off at the top of the range: masked, not judged")
-    if quantiser.top and not brought.rule_given:
-        told = "rounded" if quantiser.rule == "round" else "truncated"
-        found.append(f"levels are taken to be {told}: so they fit better; say --quantisation if you know")
+    if shown.quantiser.top and not brought.rule_given:
+        found.append(f"levels are taken to be {RULES[shown.quantiser.rule]}: they fit; say --quantisation if you know")
+    lossy = next(filter(None, (raw.rounding.lossy for raw in brought.raws)), "")
+    if lossy:
+        found.append(
+            f"stored with {lossy}, which is lossy: judged with a margin of {shown.margin:.1%}, and lights and "
+            "background not at all beside edges; ZIP, ZIPS, PIZ and RLE lose nothing"
+        )
     if scene.spp > 1:
+        partly = int((~seen.shaded & (seen.emitter < 1) & (seen.background < 1) & ~seen.unjudged).sum())
+        found.append(f"pixels are areas: {partly} show part of a light or of the background; no mean holds them")
         found.append("mistakes are looked for only where a pixel is its centre (spp 1)")
     return found
+
+
+def _noise_of_row(verdict: Verdict, sides: Sides) -> dict[str, float | None]:
+    """The standard errors by which two runs are compared; a variance that is supposed is not measured."""
+    return verdict.noise | ({"variance_standard_error": None} if sides.images == 1 else {})
 
 
 def _scores(brought: Brought, quantiser: Quantiser, truth: Reference, renders: Renders, seen: Image) -> dict[str, Any]:

@@ -9,16 +9,16 @@ from functools import partial
 import numpy as np
 from scipy import stats
 
+from nusselt.experiments.check.question import Question
 from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.verdict.course import SURE
 from nusselt.renderer.estimators import Estimator
-from nusselt.renderer.image import render
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.radiance import reflected
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
-from .diagnosis.probe import LOOK, Probe
+from .diagnosis.probe import LOOK, Probe, Sight
 
 PASSES = 8
 
@@ -45,15 +45,31 @@ class Renders:
     pixels: np.ndarray
 
 
-def own_renders(scene: Scene, estimator: Estimator, probe: Probe, seed: int = 1) -> Renders:
-    """Render a scene some times with an estimator."""
-    needs = prepare(scene).needs
-    count = PASSES if estimator.is_random(needs) or scene.spp > 1 else 1
-    if scene.spp > 1:  # a pixel is its box: whole images
-        images = np.stack([render(scene, estimator, seed=seed + k).mean for k in range(count)])
-        flat = images.reshape(count, 3, -1)
-        return Renders(flat, *_noise(images), np.arange(scene.width * scene.height))
-    passes = np.stack([_pass(probe, estimator, np.random.default_rng([seed, k])) for k in range(count)])
+def supposed_sampling(scene: Scene, question: Question) -> tuple[Estimator, int]:
+    """The estimator whose noise an image is supposed to have, and camera rays a pixel.
+
+    A scene that says ``spp`` says how many rays take all their light samples each. Where pixels were asked to be areas,
+    every sample is supposed to be a camera ray of its own, as in a path tracer.
+    """
+    estimator = question.of(scene)
+    if scene.spp > 1 and question.pixel_rule == "area":
+        return type(estimator)(samples=1, stratified=False), estimator.samples
+    return estimator, scene.spp
+
+
+def described(estimator: Estimator) -> str:
+    """An estimator's name and samples."""
+    return f"{estimator.name}, {estimator.samples} {'stratified ' if estimator.stratified else ''}samples per light"
+
+
+def own_renders(scene: Scene, estimator: Estimator, rays: int, seed: int = 1) -> Renders:
+    """Render some pixels of a scene some times with an estimator, through their centres or (rays > 1) their boxes."""
+    samples = estimator.samples * rays
+    probe = Probe(scene, samples, estimator.stratified)
+    random = scene.spp > 1 or estimator.is_random(prepare(scene).needs)
+    passes = np.stack(
+        [_pass(probe, estimator, rays, np.random.default_rng([seed, k])) for k in range(PASSES if random else 1)]
+    )
     deviation, variance = _noise(passes)
     numbers = (probe.rows * scene.width + probe.columns).ravel()
     return Renders(passes, probe.spread_out(deviation), probe.spread_out(variance), numbers)
@@ -65,8 +81,17 @@ def _noise(passes: Floats) -> tuple[Floats, Floats]:
     return passes.std(axis=0, ddof=1), passes.mean(axis=1).var(axis=0, ddof=1)
 
 
-def _pass(probe: Probe, estimator: Estimator, rng: np.random.Generator) -> Floats:
-    sight = probe.sight
+def _pass(probe: Probe, estimator: Estimator, rays: int, rng: np.random.Generator) -> Floats:
+    if probe.scene.spp == 1:
+        return _shaded(probe, probe.sight, estimator, rng)
+    total = np.zeros((3, probe.x.size))
+    for _ in range(rays):
+        u, v = rng.random((2, probe.x.size)) - 0.5
+        total += _shaded(probe, probe.look(probe.x + u, probe.y + v), estimator, rng)
+    return total / rays
+
+
+def _shaded(probe: Probe, sight: Sight, estimator: Estimator, rng: np.random.Generator) -> Floats:
     out = sight.emission.copy()
     needs = prepare(probe.scene).needs
     for start in range(0, sight.points.count, LOOK):

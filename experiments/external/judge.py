@@ -20,7 +20,8 @@ from nusselt.experiments.images.transfer import RULES, Transfer
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
-from .comparison import Brought, Comparison, compare
+from .against import Brought
+from .comparison import Comparison, compare
 from .convergence import convergence
 from .program import Renderer, Run
 from .sides import stage
@@ -39,7 +40,7 @@ class External:
     ----------
     transfer : str
         Curve of levels: linear, srgb, gamma:G.
-    quantisation : {"auto", "truncate", "round"}
+    quantisation : {"auto", "truncate", "round", "floor256"}
     renderer : str or callable, optional
         A command, or ``f(scene, samples, seed)`` to an array (h, w, 3).
     image_type : str
@@ -138,7 +139,7 @@ def judge_renderer(scene: Scene, renderer: Renderer, judging: Judging) -> Compar
             if judging.progress:
                 judging.progress("renderer", done, total)
             steps[-1].append(renderer.run(samples * GROWTH**step, judging.question.seed + 1 + done))
+            quantiser = quantiser_of([steps[0][0].raw], external.transfer, external.quantisation)
     told = judging.compare(scene, [f"seed {run.seed}" for run in steps[0]], [run.raw for run in steps[0]], "renderer")
-    quantiser = quantiser_of([run.raw for run in steps[0]], external.transfer, external.quantisation)
-    told.row["convergence"] = convergence(steps, quantiser, stage(scene), told.truth.reference)
+    told.row["convergence"] = convergence(steps, quantiser, stage(scene, told.truth), told.truth.reference)
     return told

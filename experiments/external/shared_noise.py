@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy import ndimage
+from scipy import ndimage, stats
 
 from nusselt.experiments.images.formats import Raw
 from nusselt.renderer.vectors import Floats
@@ -58,6 +58,16 @@ def _beyond_chance(one: Floats, other: Floats) -> float:
         return 0.0
     found = float((one * other).sum()) / size
     return found if found > max(LEAST, SURE / math.sqrt(count)) else 0.0
+
+
+def apart(steps: list[Floats], deviation: Floats, noisy: np.ndarray) -> float:
+    """How much k images (h, w) vary among each other, over the variance supposed: 1 where their noise is independent.
+
+    By the median over pixels: a mistake that takes the noise off some pixels, a missing shadow, is no noise in common.
+    """
+    ratio = np.var(steps, axis=0, ddof=1)[noisy] / deviation[noisy] ** 2
+    freedom = len(steps) - 1
+    return float(np.median(ratio)) / (float(stats.chi2.median(freedom)) / freedom) if ratio.size else 1.0
 
 
 def repeated_noise(field: Floats) -> tuple[float, tuple[int, int]]:

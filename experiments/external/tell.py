@@ -39,7 +39,8 @@ def tell(row: dict[str, Any], table: Console) -> None:
 
 def _tell_mistakes(row: dict[str, Any], table: Console) -> None:
     if not row["likely_mistakes"]:
-        table.print("no mistake explains the difference better than noise does")
+        if row["verdict"] != "agrees":
+            table.print("no mistake explains the difference better than noise does")
         return
     found = Table(box=box.SIMPLE, title="What it looks like", caption="explained: share of the difference beyond noise")
     for name in ("mistake", "explained", "how"):

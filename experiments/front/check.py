@@ -52,7 +52,7 @@ def check(
     reference: str | PathLike[str] | None = None,
     cache: str | PathLike[str] | None = None,
     transfer: str = "linear",
-    quantisation: Literal["auto", "truncate", "round"] = "auto",
+    quantisation: Literal["auto", "truncate", "round", "floor256"] = "auto",
     runs: int = 4,
     steps: int = 3,
     image_type: str = ".exr",

@@ -78,7 +78,10 @@ def quantiser_of(raws: list[Raw], transfer: str, rule: str) -> Quantiser:
     if len(tops) != 1:
         raise InputError("images", "of different depths", "images of one renderer, written alike")
     if rule not in (*RULES, "auto"):
-        raise InputError("quantisation", rule, "truncate, round or auto")
+        raise InputError("quantisation", rule, "one of " + ", ".join((*RULES, "auto")))
+    if tops == {0} and (transfer, rule) != ("linear", "auto"):
+        name, said = ("transfer", transfer) if transfer != "linear" else ("quantisation", rule)
+        raise InputError(name, said, "it left out: these images hold radiance, no levels")
     curve = Transfer(transfer)
     usual: Rule = "truncate" if curve.name == "linear" else "round"
     return Quantiser(tops.pop(), curve, usual if rule == "auto" else rule)  # type: ignore[arg-type]

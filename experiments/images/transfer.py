@@ -21,8 +21,13 @@ from nusselt.renderer.vectors import Floats
 
 from .formats import Raw
 
-Rule = Literal["truncate", "round"]
-RULES: tuple[Rule, ...] = ("truncate", "round")
+Rule = Literal["truncate", "round", "floor256"]
+RULES: dict[Rule, str] = {
+    "truncate": "truncated, int(255 x)",
+    "round": "rounded to the nearest level",
+    "floor256": "in equal bins, int(256 x)",
+}
+"""How levels are made of encoded values x in [0, 1], in words (of eight bits; of sixteen alike)."""
 NEAR = 6
 """Bins summed on either side. A noise of more than half of that is blind to bins: exp(-2 pi^2 9) = 1e-77."""
 REACH = 4.0
@@ -82,7 +87,7 @@ class Quantiser:
     top : int
         255, 65535 or 0.
     transfer : Transfer
-    rule : {"truncate", "round"}
+    rule : {"truncate", "round", "floor256"}
     """
 
     top: int
@@ -93,7 +98,8 @@ class Quantiser:
     def edges(self) -> Floats:
         """Radiance (top,) from which each level k = 1 ... top is given."""
         k = np.arange(1, self.top + 1)
-        return self.transfer.decode((k - (0.5 if self.rule == "round" else 0.0)) / self.top)
+        from_ = {"truncate": k / self.top, "round": (k - 0.5) / self.top, "floor256": k / (self.top + 1)}
+        return self.transfer.decode(from_[self.rule])
 
     @cached_property
     def values(self) -> Floats:

@@ -55,7 +55,8 @@ FIGURES = (
     Figure("mse_relative", "mean square error", _grows),
     Figure("slope", "slope", _grows),
 )
-EXACT = (("non_finite", "pixels that are not finite", 1.0), ("relative_error", "relative error", 2.0))
+RELATIVE = "relative_error"
+EXACT = (("non_finite", "pixels that are not finite", 1.0), (RELATIVE, "relative error", 2.0))
 """Figures without noise, and the factor by which rounding may move them."""
 
 
@@ -90,7 +91,9 @@ class Comparison:
     missing, new : tuple of str
         Rows of the baseline alone, and of the results alone.
     rows, tests : int
-        Rows on both sides, and figures tested there.
+        Rows on both sides, and noisy figures tested there.
+    untested : int
+        Rows on both sides of which nothing but the verdict could be compared.
     alpha : float
         The chance that anything noisy is named although nothing changed.
     detectable : float or None
@@ -104,22 +107,28 @@ class Comparison:
     new: tuple[str, ...]
     rows: int
     tests: int
+    untested: int
     alpha: float
     detectable: float | None
     times: tuple[tuple[str, float], ...]
 
     @property
     def status(self) -> int:
-        """1 where something is worse or no longer measured."""
+        """1 where something is worse or no longer measured, 3 where nothing could be tested."""
         worse = bool(self.missing) or any(change.worse for change in self.changes)
-        return EXIT["not as claimed" if worse else "as claimed"]
+        return EXIT["not as claimed" if worse else "undecided" if self.untested == self.rows else "as claimed"]
 
     def lines(self) -> list[str]:
         """All of it in plain words."""
         told = [str(change) for change in self.changes]
         told += [f"{name}: no longer there, worse" for name in self.missing]
         told += [f"{name}: new" for name in self.new]
-        told = told or ["Nothing changed beyond noise."]
+        if self.untested == self.rows:
+            told.append("Nothing could be tested: no row of both files has a figure with its noise.")
+        elif self.untested:
+            told.append(f"{count(self.untested, 'row')} could not be tested: no figure with its noise.")
+        if not (self.changes or self.missing or self.untested == self.rows):
+            told.append("Nothing changed beyond noise.")
         told.append(
             f"{count(self.rows, 'row')}, {count(self.tests, 'noisy figure')}, family-wise level {self.alpha:g}."
         )
@@ -199,8 +208,9 @@ def compare_rows(baseline: list[Row], results: list[Row], alpha: float = 1e-3) -
     both = [key for key in old if key in new]
     exact: list[Change] = []
     noisy: list[tuple[Change, float]] = []
+    untested = 0
     for key in both:
-        name = title(old[key])
+        name, tested = title(old[key]), len(noisy)
         exact += _exact_changes(name, old[key], new[key])
         for figure in FIGURES:
             found = moved(figure, old[key], new[key])
@@ -208,6 +218,8 @@ def compare_rows(baseline: list[Row], results: list[Row], alpha: float = 1e-3) -
                 (step, p), before, after = found, old[key][figure.name], new[key][figure.name]
                 change = Change(name, figure.words, before, after, figure.worse(before, after), p)
                 noisy.append((change, float(step.standard_error)))
+        alone = number(old[key].get(RELATIVE)) is not None and number(new[key].get(RELATIVE)) is not None
+        untested += len(noisy) == tested and not alone
     named = holm([change.p or 0.0 for change, _ in noisy], alpha)
     return Comparison(
         changes=(*exact, *(change for (change, _), is_named in zip(noisy, named, strict=True) if is_named)),
@@ -215,6 +227,7 @@ def compare_rows(baseline: list[Row], results: list[Row], alpha: float = 1e-3) -
         new=tuple(title(row) for key, row in new.items() if key not in old),
         rows=len(both),
         tests=len(noisy),
+        untested=untested,
         alpha=alpha,
         detectable=_detectable(noisy, alpha),
         times=tuple(_times(old[key], new[key]) for key in both if seconds_of(old[key]) and seconds_of(new[key])),

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from nusselt.experiments.images.transfer import Transfer
+from nusselt.experiments.images.transfer import RULES, Transfer
 
 from .case import Case, Guess
 from .rules import RIGHT
@@ -96,8 +96,9 @@ def clamped_highlights(case: Case) -> Iterator[Guess]:
 
 
 def rounding(case: Case) -> Iterator[Guess]:
-    """Levels rounded where they were to be truncated, or the reverse."""
+    """Levels made by another rule than they were to be."""
     if case.quantiser.top:
-        other = "round" if case.quantiser.rule == "truncate" else "truncate"
-        told = {"round": "rounded to the nearest level", "truncate": "truncated"}
-        yield Guess(case.probe.truth, f"values are {told[other]}, not {told[case.quantiser.rule]}", rule=other)  # type: ignore[arg-type]
+        for other in RULES:
+            if other != case.quantiser.rule:
+                told = f"levels are {RULES[other]}; not {RULES[case.quantiser.rule]}"
+                yield Guess(case.probe.truth, told, rule=other)

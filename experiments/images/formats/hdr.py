@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .raw import Format, Raw, check_size, refuse
+from .raw import Format, Raw, Rounding, check_size, refuse
 
 Bytes = NDArray[np.uint8]
 HEADER = 1 << 16
 """Bytes in which the header must end."""
+RGBE = Rounding(2.0**-7, one_exponent=True)
+"""One step of the smallest mantissa that the largest channel can have, 128."""
 
 
 def read_hdr(path: Path, width: int, height: int) -> Raw:
@@ -36,7 +38,7 @@ def read_hdr(path: Path, width: int, height: int) -> Raw:
     start = len(first) + 1 + len(head) + 2 + len(size_line) + 1
     rgbe = _pixels(path, data[start:], width, height)
     scale = np.where(rgbe[..., 3] > 0, np.ldexp(1.0, rgbe[..., 3].astype(np.int64) - 136), 0.0)
-    return Raw(np.ascontiguousarray(((rgbe[..., :3] + 0.5) * scale[..., None]).transpose(2, 0, 1)), rounding=2.0**-7)
+    return Raw(np.ascontiguousarray(((rgbe[..., :3] + 0.5) * scale[..., None]).transpose(2, 0, 1)), rounding=RGBE)
 
 
 def _pixels(path: Path, data: bytes, width: int, height: int) -> Bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from nusselt.renderer.vectors import Floats
 
-from .raw import Format, Raw, refuse, three_channels
+from .raw import FLOAT, HALF, Format, Raw, refuse, three_channels
 
 
 def read_npy(path: Path, width: int, height: int) -> Raw:
@@ -43,7 +44,8 @@ def raw_of_array(path: Path, values: np.ndarray[Any, Any], width: int, height: i
     if values.ndim not in (2, 3) or values.shape[:2] != (height, width):
         raise refuse(path, f"an array of shape {values.shape}", f"shape ({height}, {width}, 3): the scene's size")
     kind = np.float64 if values.dtype.kind == "f" else values.dtype.newbyteorder("=")
-    return three_channels(path, np.array(values, dtype=kind))
+    rounding = HALF if values.dtype.kind == "f" and values.dtype.itemsize == 2 else FLOAT
+    return replace(three_channels(path, np.array(values, dtype=kind)), rounding=rounding)
 
 
 def write_npy(path: Path, radiance: Floats) -> None:

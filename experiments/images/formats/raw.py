@@ -19,6 +19,35 @@ SPARE = 1 << 24
 
 
 @dataclass(frozen=True)
+class Rounding:
+    """By how much a format may move a value.
+
+    Parameters
+    ----------
+    relative : float
+        Of the value; of the pixel's largest channel where its channels have one exponent.
+    one_exponent : bool
+    lossy : str
+        Name of a compression that also mixes a value with those around it; empty: there is none.
+    """
+
+    relative: float
+    one_exponent: bool = False
+    lossy: str = ""
+
+    def limit(self, values: Floats) -> Floats:
+        """Largest error of values (3, ...), absolute."""
+        size = np.abs(values)
+        return np.asarray(self.relative * (size.max(axis=0, keepdims=True) if self.one_exponent else size))
+
+
+FLOAT = Rounding(2e-6)
+"""Of float32, and of what a renderer rounds in it."""
+HALF = Rounding(2.0**-10)
+"""Cut off or rounded to 11 bits."""
+
+
+@dataclass(frozen=True)
 class Raw:
     """The numbers of an image file.
 
@@ -28,13 +57,13 @@ class Raw:
         uint8, uint16, or float64 for what is radiance already.
     notes : tuple of str
         What was left out of the file.
-    rounding : float
-        Relative rounding of radiance in this format.
+    rounding : Rounding
+        Of radiance.
     """
 
     values: NDArray[Any]
     notes: tuple[str, ...] = ()
-    rounding: float = 2e-6
+    rounding: Rounding = FLOAT
 
     @property
     def levels(self) -> int:

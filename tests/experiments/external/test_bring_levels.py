@@ -18,8 +18,12 @@ FALSE_ALARM = 1e-6
 
 
 def levels(quantiser: Quantiser, x: np.ndarray) -> np.ndarray:
-    encoded = quantiser.transfer.encode(x) * quantiser.top
-    whole = np.rint(encoded) if quantiser.rule == "round" else np.floor(encoded)
+    top, encoded = quantiser.top, quantiser.transfer.encode(x)
+    whole = {
+        "truncate": np.floor(top * encoded),
+        "round": np.rint(top * encoded),
+        "floor256": np.minimum(np.floor((top + 1) * encoded), top),
+    }[quantiser.rule]
     return whole.astype(np.uint8 if quantiser.top == 255 else np.uint16)
 
 

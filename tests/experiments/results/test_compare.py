@@ -208,3 +208,17 @@ def test_the_command_says_it_all_and_ends_as_it_should(tmp_path, monkeypatch):
         assert "bad.json" in error
     for arguments in ((old, none), (none, old), (old, "gone.json"), (old, new, "--alpha", "0")):
         assert run("compare", *arguments)[0] == 2
+
+
+def test_rows_without_noise_of_their_own_were_not_tested():
+    bare = [{"scene": "a", "estimator": "image", "as_claimed": True, "variance": 1.0, "non_finite": 0}]
+    found = compare_rows(bare, bare)
+    assert (found.status, found.tests) == (3, 0)
+    assert "Nothing could be tested" in found.lines()[0]
+    assert not any("Nothing changed" in line for line in found.lines())
+    found = compare_rows([*bare, *rows()], [*bare, *rows()])
+    assert found.status == 0
+    assert found.lines()[:2] == [
+        "1 row could not be tested: no figure with its noise.",
+        "Nothing changed beyond noise.",
+    ]

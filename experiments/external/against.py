@@ -1,0 +1,158 @@
+"""Somebody's images judged against one truth: how their levels are read, what noise they have, the verdict."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nusselt.experiments.check.check import seeds
+from nusselt.experiments.check.expectations import shadow_offset
+from nusselt.experiments.check.question import Question
+from nusselt.experiments.images.formats import Raw
+from nusselt.experiments.images.transfer import RULES, Quantiser, Rule
+from nusselt.experiments.verdict.evidence import Expectations
+from nusselt.experiments.verdict.judge import Verdict, judge
+from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.image import Image
+from nusselt.renderer.scene import Scene
+
+from .diagnosis.case import nearer
+from .expected import PASSES, Renders, own_renders, supposed_sampling
+from .ground_truth import Truth
+from .noise import Noise, noise_of
+from .sides import Sides, two_sides
+
+SURE = 3.0
+"""Standard errors beyond which a rule of levels fits worse than another."""
+ALIKE = 0.5
+"""Variance among images, over what is supposed, below which their noise may be in common."""
+LOSSY = 0.01
+"""Margin, at least, of images of a lossy compression: B44 makes noisy pixels 0.5 % brighter on average."""
+
+
+@dataclass(frozen=True)
+class Brought:
+    """What a user brings.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Where each image came from.
+    raws : list of Raw
+    quantiser : Quantiser
+    rule_given : bool
+        Whether the user said how levels were made.
+    renderer : str
+        What made the images, for the row.
+    """
+
+    names: tuple[str, ...]
+    raws: list[Raw]
+    quantiser: Quantiser
+    rule_given: bool
+    renderer: str = "image"
+
+
+@dataclass(frozen=True)
+class Against:
+    """Images and a truth, and all that was made of them."""
+
+    raws: list[Raw]
+    verdict: Verdict
+    sides: Sides
+    seen: Image
+    quantiser: Quantiser
+    renders: Renders
+    noise: Noise
+    margin: float
+
+
+def judged_against(
+    scene: Scene, brought: Brought, raws: list[Raw], question: Question, truth: Truth, seen: Image
+) -> Against:
+    """Judge different images ``raws`` of those that were brought.
+
+    Parameters
+    ----------
+    seen : Image
+        From `stage`.
+    """
+    estimator, rays = supposed_sampling(scene, question)
+    renders = own_renders(scene, estimator, rays)
+    known = len(renders.passes) > 1
+    supposed = renders if known else own_renders(scene, Area(samples=estimator.samples), rays)
+    draws = estimator.samples if scene.spp == 1 else rays
+    noise = noise_of(scene, draws, seen, truth, supposed, least=1.0 if known else 0.0)
+    quantiser = brought.quantiser
+    if quantiser.top and not brought.rule_given:
+        quantiser = _found_out(seen, raws, quantiser, truth.reference, noise)
+    sides = two_sides(seen, raws, quantiser, truth.reference, noise)
+    if in_common(sides, noise):
+        sides = two_sides(seen, raws[:1], quantiser, truth.reference, noise)
+    margin = max(question.margin, LOSSY if any(raw.rounding.lossy for raw in raws) else 0.0)
+    verdict = judge(
+        sides.image,
+        sides.reference,
+        passes=sides.images,
+        margin=margin,
+        level=question.level,
+        expectations=_expectations(scene, question, noise, sides, truth),
+    )
+    return Against(raws, verdict, sides, seen, quantiser, renders, noise, margin)
+
+
+def in_common(sides: Sides, noise: Noise) -> bool:
+    """Whether images that are quieter than supposed are far from the truth by what they are quieter than each other.
+
+    Seeds that are not used, but for the order of a sum, give such images; they tell as little of noise as one does.
+    """
+    if sides.images == 1 or sides.factor > ALIKE:
+        return False
+    some = sides.image.shaded & ~sides.image.unjudged & noise.sampled
+    own = sides.image.pixel_variance / sides.images + sides.reference.pixel_standard_error**2
+    square = ((sides.image.mean - sides.reference.mean).mean(axis=0)) ** 2
+    return bool(np.nansum(square[some]) > own[some].sum() / ALIKE)
+
+
+def _expectations(scene: Scene, question: Question, noise: Noise, sides: Sides, truth: Truth) -> Expectations:
+    """What is known before the images are looked at; of one image, that its grains are coarser if it is noisier."""
+    alone = sides.images == 1
+    offset = None
+    if not truth.exact:
+        offset = shadow_offset(scene, seeds(question.seed, scene.name, "offset")[0])
+    return Expectations(
+        variance=None if alone else sides.supposed,
+        offset=offset,
+        sampled=noise.sampled,
+        grain=noise.grain * (sides.factor if alone or not noise.least else 1.0) / sides.images,
+        reference_grain=noise.reference_grain,
+        freedom=PASSES - 1 if alone else None,
+        claims_variance=False,
+    )
+
+
+def _found_out(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Reference, noise: Noise) -> Quantiser:
+    """The usual rule, unless another fits better beyond chance: pixel by pixel, or in the mean.
+
+    Half a level is seen in the mean long before it is in noisy pixels; where it is not, the rule does not matter.
+    """
+    sides = {rule: two_sides(seen, raws, replace(quantiser, rule=rule), truth, noise) for rule in RULES}
+    some = ~seen.unjudged & np.logical_and.reduce([one.image.shaded for one in sides.values()])
+    steps = {rule: (one.image.mean - one.reference.mean).mean(axis=0)[some] for rule, one in sides.items()}
+    steps = {rule: step[np.isfinite(step)] for rule, step in steps.items()}
+    if not steps[quantiser.rule].size:
+        return quantiser
+    best = min(steps.values(), key=lambda step: float((step * step).mean()))
+    likely = {rule: step for rule, step in steps.items() if nearer(best**2, step**2) < SURE}
+
+    def off(rule: Rule) -> float:
+        """Standard errors of the mean."""
+        error = float(likely[rule].std()) / math.sqrt(best.size)
+        return abs(float(likely[rule].mean())) / error if error else 0.0
+
+    if quantiser.rule in likely and off(quantiser.rule) < SURE:
+        return quantiser
+    return replace(quantiser, rule=min(likely, key=off))
