@@ -19,12 +19,24 @@ tri 3 5 4
 """
 BALL = "diffuse .2 .35 .55\nsphere .5 .6 0 .6\n"
 SHINY_BALL = "diffuse .2 .3 .4\nspecular .4 .4 .4\nshininess 12\nsphere .5 .6 0 .6\nspecular 0 0 0\n"
-EGG = "diffuse .3 .5 .3\npushTransform\ntranslate -.6 .7 .2\nrotate 0 0 1 30\nscale .3 .7 .4\nsphere 0 0 0 1\npopTransform\n"
+EGG = """diffuse .3 .5 .3
+pushTransform
+translate -.6 .7 .2
+rotate 0 0 1 30
+scale .3 .7 .4
+sphere 0 0 0 1
+popTransform
+"""
 LAMP = "quadLight -.6 2.8 -.6  0 0 1.2  1.2 0 0  12 12 11\n"
 LOW_LAMP = "quadLight -.6 1.5 -.6  0 0 1.2  1.2 0 0  5 5 4.5\n"
 TILTED = "quadLight -2.2 1 -1  0 0 1.4  .6 1.2 0  8 7 5\n"
 SHEARED = "quadLight -1.2 2.2 -.5  .7 .2 1  1.3 .1 -.2  9 9 9\n"
 SMALL = "quadLight -.05 2.5 -.05  0 0 .1  .1 0 0  900 900 850\n"
+SEEN = "quadLight -.6 2.2 -1.2  0 0 1.2  1.2 0 0  8 8 7\n"
+BEHIND = "quadLight -.6 1.5 4  0 0 1.2  1.2 0 0  9 9 9\n"
+BROAD = "specular .3 .3 .3\nshininess 3\n"
+MATT = "specular 0 0 0\n"
+AWAY = "quadLight -.6 .2 -1  1.2 0 0  0 1.2 0  6 6 6\n"
 LARGE = "quadLight -4 4 -4  0 0 8  8 0 0  1.2 1.3 1.4\n"
 
 
@@ -38,6 +50,15 @@ def box(first: int, place: str, scale: str, turn: float = 25.0) -> str:
     return "\n".join((*lines, "popTransform", ""))
 
 
+SHADE = "diffuse .4 .4 .4\n" + box(4, "-.3 2.72 0", ".4 .02 .4")
+SHEET = """diffuse .4 .4 .4
+vertex -.9 1.2 .6
+vertex .3 1.2 .6
+vertex .3 1.5 -.6
+vertex -.9 1.5 -.6
+tri 4 5 6
+tri 4 6 7
+"""
 BOX = "diffuse .6 .5 .3\n" + box(4, "-.8 .5 -.2", ".4 .5 .4")
 
 
@@ -56,6 +77,12 @@ PLAIN: dict[str, str] = {
     "tilted lamp": _scene(FLOOR, TILTED, BALL),
     "sheared lamp": _scene(FLOOR, SHEARED, BOX),
     "small lamp": _scene(FLOOR, SMALL, BALL),
+    "tilted lamp and box": _scene(FLOOR, TILTED, BOX),
+    "lamp seen": _scene(FLOOR, SEEN, BALL, camera="camera .3 .9 5.2  0 .9 0  0 1 0  40"),
+    "lamp behind the eye": _scene(BROAD, FLOOR, MATT, BEHIND, BALL),
+    "lamp from behind": _scene(FLOOR, WALL, AWAY),
+    "shade": _scene(FLOOR, LAMP, SHADE),
+    "sheet": _scene(FLOOR, LAMP, SHEET),
     "large lamp": _scene(FLOOR, LARGE, BALL, BOX),
     "two lamps": _scene(FLOOR, LAMP, TILTED, BALL),
     "point": _scene(FLOOR, "point 1 2.5 1  5 5 5\n", BALL),
@@ -63,7 +90,7 @@ PLAIN: dict[str, str] = {
     "direction": _scene(FLOOR, "directional 1 2 1.5  .8 .8 .7\n", BOX),
     "direction and lamp": _scene(FLOOR, "directional 1 2 1.5  .4 .4 .5\n", LAMP, BALL),
     "shiny ball": _scene(FLOOR, LAMP, SHINY_BALL),
-    "shiny floor": _scene("specular .3 .3 .3\nshininess 20\n", FLOOR, "specular 0 0 0\n", TILTED, BALL),
+    "shiny floor": _scene("specular .3 .3 .3\nshininess 20\n", FLOOR, MATT, TILTED, BALL),
     "open sun": _scene(FLOOR, "sun .6 1.5 1  .9 .85 .7  6\n"),
     "sun": _scene(FLOOR, "sun .6 1.5 1  .9 .85 .7  4\n", BALL),
     "wide sun": _scene(FLOOR, "sun .6 1.5 1  .9 .85 .7  20\n", BALL),

@@ -19,6 +19,7 @@ NOTHING, LIGHT = -1, -2
 
 
 def dot(a: Floats, b: Floats) -> Floats:
+    """Products of vectors (3, ...)."""
     return np.asarray(np.einsum("i...,i...->...", a, b))
 
 
@@ -29,7 +30,7 @@ def crossings(corners: Floats, o: Floats, d: Floats) -> tuple[Floats, Bools]:
     sides = np.concatenate((moment, edge), axis=2).reshape(-1, 6)
     lines = np.concatenate((d, np.cross(o, d, axis=0)))
     side = (lines.T @ sides.T).reshape(d.shape[1], -1, 3)
-    inside = (side >= 0).all(axis=2) | (side <= 0).all(axis=2)
+    inside = np.asarray((side >= 0).all(axis=2) | (side <= 0).all(axis=2))
     normal = np.cross(edge[:, 0], edge[:, 1])
     height = np.einsum("ti,ti->t", normal, corners[:, 0]) - o.T @ normal.T
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -97,7 +98,7 @@ def trace(world: World, o: Floats, d: Floats) -> Hits:
     n, count = d.shape[1], len(world.triangles)
     t, inside = crossings(world.triangles, o, d)
     near = np.where(inside & (t > NEAR), t, np.inf)
-    inverse = np.linalg.inv(world.balls)
+    inverse = np.asarray(np.linalg.inv(world.balls), dtype=float)
     low, high = ball_roots(inverse, o, d)
     with np.errstate(invalid="ignore"):
         balls = np.where(low > NEAR, low, np.where(high > NEAR, high, np.inf))
@@ -148,9 +149,9 @@ def visible(world: World, hits: Hits, d: Floats, light: Light, low: float = NEAR
     ways = d.reshape(3, -1)
     end = np.inf if light.kind in ("directional", "sun") else high
     t, inside = crossings(world.triangles, o, ways)
-    numbers = np.arange(len(world.triangles))
+    numbers, inverse = np.arange(len(world.triangles)), np.asarray(np.linalg.inv(world.balls), dtype=float)
     blocked = (inside & (t > low) & (t < end) & (own[:, None] != numbers)).any(axis=1)
-    for number, roots in enumerate(zip(*ball_roots(np.linalg.inv(world.balls), o, ways), strict=True)):
+    for number, roots in enumerate(zip(*ball_roots(inverse, o, ways), strict=True)):
         other = own != len(world.triangles) + number
         with np.errstate(invalid="ignore"):
             blocked |= other & np.any([(root > low) & (root < end) for root in roots], axis=0)

@@ -17,8 +17,8 @@ RAYS = 1 << 15
 GOLDEN = (0.7548776662466927, 0.5698402909980532)
 """Steps of a lattice that fills the square evenly (Roberts 2018)."""
 WAYS = ("area", "mis", "one-light", "roulette", "lattice")
-"""Of sampling: points of each light; those and directions by their cosine, by multiple importance (Veach & Guibas 1995);
-one light a sample, by chance; half of the samples left out, by chance; one lattice, shifted at random in each pixel."""
+"""Of sampling: points of each light; those and directions by their cosine, by multiple importance (Veach 1997); one
+light a sample, by chance; half of the samples left out, by chance; one lattice, shifted at random in each pixel."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def _pixels(
         found = _from_light(world, hits.take(on), light, u, v, steps, options.way == "mis", stream)
         values += share[index] * steps.arriving(light, found)
     radiance[:, on] += steps.gather(values, rng)
-    shaded = hits.shaded.reshape(-1, rays).any(axis=1)
+    shaded = np.asarray(hits.shaded.reshape(-1, rays).any(axis=1))
     return radiance.reshape(3, -1, rays).mean(axis=2), shaded
 
 
@@ -106,7 +106,7 @@ def _shares(options: Options, lights: int, shape: tuple[int, ...], rng: Rng) -> 
     if options.way == "one-light" and lights:
         return lights * (rng.integers(0, lights, shape) == np.arange(lights)[:, None, None]).astype(float)
     if options.way == "roulette":
-        return 2.0 * (rng.random((lights, *shape)) < 0.5)
+        return np.where(rng.random((lights, *shape)) < 0.5, 2.0, 0.0)
     return np.ones((lights, 1, 1))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,6 +85,7 @@ def quad_term(light: Light, cosine: Floats, r: Floats) -> Floats:
 
 
 def point_term(r: Floats) -> Floats:
+    """1/r^2."""
     return np.asarray(1 / r**2)
 
 
@@ -132,11 +134,13 @@ def gather(values: Floats, rng: Rng) -> Floats:
     return np.asarray(values.mean(axis=2))
 
 
-def same(value):  # type: ignore[no-untyped-def]
+def same(value: Any) -> Any:
+    """What is right as it is."""
     return value
 
 
 def finished(image: Floats, shaded: Bools, rng: Rng) -> Floats:
+    """The image as it is."""
     return image
 
 

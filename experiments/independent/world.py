@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -110,12 +111,14 @@ class World:
 
 
 def translation(x: float, y: float, z: float) -> Floats:
+    """Its matrix, (4, 4)."""
     m = np.eye(4)
     m[:3, 3] = x, y, z
     return m
 
 
 def scaling(x: float, y: float, z: float) -> Floats:
+    """Its matrix, (4, 4)."""
     return np.diag([x, y, z, 1.0])
 
 
@@ -129,7 +132,7 @@ def rotation(x: float, y: float, z: float, degrees: float) -> Floats:
     return m
 
 
-MOVES = {"translate": translation, "scale": scaling, "rotate": rotation}
+MOVES: dict[str, Callable[..., Floats]] = {"translate": translation, "scale": scaling, "rotate": rotation}
 QUIET = {"output", "integrator", "maxdepth", "maxverts", "maxvertnorms", "spp", "attenuation", "ambient"}
 
 
@@ -169,7 +172,8 @@ class _Reader:
         elif word in MOVES:
             self.stack[-1] = self.stack[-1] @ MOVES[word](*n)
         elif word in ("diffuse", "specular", "emission"):
-            self.material = replace(self.material, **{word: tuple(n)})
+            changed: dict[str, Any] = {word: tuple(n)}
+            self.material = replace(self.material, **changed)
         elif word == "shininess":
             self.material = replace(self.material, shininess=n[0])
         elif word == "vertex":
