@@ -122,5 +122,6 @@ OF_EXPERIMENTS = (
     Entry("agrees", COUNT, "of them"),
     Entry("reasons", OBJECT, "honest-images: how often each was given, by verdict"),
     Entry("told_of_right", COUNT, "honest-images: verdicts that agree and name a mistake"),
+    Entry("told_undecided", COUNT, "honest-images: verdicts that are undecided and name a mistake"),
     Entry("noise", NUMBER, "planted-mistakes: what noise alone brings", "levels squared"),
 )

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
+from nusselt.experiments.check.check import Progress
 from nusselt.experiments.check.question import Question, with_pixel_rule
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.external.comparison import Comparison
@@ -45,19 +47,32 @@ def scene_named(name: str, width: int, rule: str | None = None) -> Scene:
 
 
 class Remembered(KeptReferences):
-    """References made once in this process; a scene's verdicts, of any seed, share them."""
+    """References made once in this process: a scene's verdicts, of any seed, share them.
+
+    Exact images through pixels' centres take no time, and are the judge's own to make.
+    """
 
     def __init__(self) -> None:
         super().__init__(None, None)
-        self._known: dict[tuple[str, int], Reference] = {}
+        self._known: dict[str, Reference] = {}
 
     def given(self, scene: Scene) -> Reference | None:
-        """What was made of this scene before, or is made now."""
-        key = (scene.digest(), scene.spp)
+        """What pixels by their areas are compared with."""
+        return truth_of(scene) if scene.spp > 1 else None
+
+    def get(self, scene: Scene, question: Question, target: float, progress: Progress | None) -> Reference:
+        """Mitsuba's."""
+        key = f"{scene.digest()} {target:g}"
         if key not in self._known:
-            made = KeptReferences(None, None)
-            self._known[key] = ground_truth(scene, Question(timeout=TIMEOUT, margin=1e-3), made).reference
+            self._known[key] = super().get(scene, replace(question, timeout=TIMEOUT), target, progress)
         return self._known[key]
+
+
+@lru_cache(maxsize=64)
+def truth_of(scene: Scene) -> Reference:
+    """What images of a scene are compared with."""
+    question = Question(timeout=TIMEOUT, pixel_rule="area" if scene.spp > 1 else None)
+    return ground_truth(scene, question, KeptReferences(None, None)).reference
 
 
 REFERENCES = Remembered()

@@ -118,7 +118,7 @@ def _row(name: str, case: Case, found: Sequence[Comparison]) -> Row:
         word: Counter(kind_of(one.row["reason"]) for one in found if one.row["verdict"] == word)
         for word in ("differs", "undecided")
     }
-    told = sum(bool(one.row["likely_mistakes"]) for one in found if one.row["verdict"] == "agrees")
+    told = Counter(one.row["verdict"] for one in found if one.row["likely_mistakes"])
     low, high = rate(words["differs"], len(found))
     return {
         "scene": name,
@@ -132,8 +132,9 @@ def _row(name: str, case: Case, found: Sequence[Comparison]) -> Row:
         "agrees": words["agrees"],
         "rate_interval": [low, high],
         "reasons": {word: dict(counts) for word, counts in reasons.items()},
-        "told_of_right": told,
-        "as_claimed": low <= ALPHA and not told,
+        "told_of_right": told["agrees"],
+        "told_undecided": told["undecided"],
+        "as_claimed": low <= ALPHA and not told["agrees"],
     }
 
 
@@ -170,14 +171,15 @@ def jobs(settings: Settings) -> list[Job]:
     ]
 
 
+COUNTS = ("verdicts", "differs", "undecided", "agrees", "told_of_right", "told_undecided")
+
+
 def summed(rows: Sequence[Row], by: str) -> dict[str, Row]:
     """Counts of the rows by one entry, and of all."""
     found: dict[str, Row] = {}
     for row in rows:
         for key in (str(row[by]), "all"):
-            entry = found.setdefault(
-                key, dict.fromkeys(("verdicts", "differs", "undecided", "agrees", "told_of_right"), 0)
-            )
+            entry = found.setdefault(key, dict.fromkeys(COUNTS, 0))
             for name in entry:
                 entry[name] += row[name]
     found["all"] = found.pop("all")
@@ -227,12 +229,12 @@ def table(rows: Sequence[Row]) -> Table:
         caption=told,
         caption_justify="left",
     )
-    for name in ("what", "verdicts", "differs", "at most", "undecided", "agrees", "told a mistake"):
+    for name in ("what", "verdicts", "differs", "at most", "undecided", "agrees", "told a mistake", "and undecided"):
         found.add_column(name, justify="left" if name == "what" else "right")
     for by in GROUPS:
         for key, entry in summed(rows, by).items():
             if key != "all":
-                counts = [str(entry[word]) for word in ("undecided", "agrees", "told_of_right")]
+                counts = [str(entry[word]) for word in COUNTS[2:]]
                 most = f"{rate(entry['differs'], entry['verdicts'])[1]:.2%}"
                 style = "red" if entry["differs"] else None
                 found.add_row(key, str(entry["verdicts"]), str(entry["differs"]), most, *counts, style=style)

@@ -23,7 +23,7 @@ from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settin
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.vectors import Floats
 
-from .brought_images import REFERENCES, brought, scene_named, text_of
+from .brought_images import brought, scene_named, text_of, truth_of
 from .written_images import FORMAT
 
 SAMPLES = 16
@@ -48,13 +48,11 @@ def spread(images: Floats, shaded: Any) -> float:
 def right_spread(scene: str, strata: bool, width: int, turns: int) -> float:
     """The same of right images."""
     (mistake,) = [next(one for one in MISTAKES if (one.scene, one.strata) == (scene, strata))]
-    shaded = _shaded(REFERENCES.given(scene_named(scene, width)))
+    shaded = _shaded(truth_of(scene_named(scene, width)))
     return spread(images_of(mistake, RIGHT, width, range(1000, 1000 + turns)), shaded)
 
 
-def _shaded(reference: Reference | None) -> Any:
-    if reference is None:
-        raise ValueError("a scene without a reference")
+def _shaded(reference: Reference) -> Any:
     return (reference.emitter == 0) & (reference.background == 0)
 
 
@@ -63,9 +61,9 @@ def effect(mistake: Mistake, width: int, seed: int, turns: int) -> dict[str, flo
 
     The square of the mean error is the product of two halves' errors, whose noise is independent.
     """
-    reference = REFERENCES.given(scene_named(mistake.scene, width))
+    reference = truth_of(scene_named(mistake.scene, width))
     shaded = _shaded(reference)
-    truth = reference.mean.transpose(1, 2, 0)  # type: ignore[union-attr]
+    truth = reference.mean.transpose(1, 2, 0)
     images = images_of(mistake, mistake.steps, width, range(seed, seed + 2 * turns))
     one, other = (half.mean(axis=0) - truth for half in (images[:turns], images[turns:]))
     scale = float(truth.mean(axis=2)[shaded].mean()) or 1.0
