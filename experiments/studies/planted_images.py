@@ -30,6 +30,8 @@ SAMPLES = 16
 MARGIN = 1e-2
 TURNS = 8
 """Images of a half of the limit."""
+CLEAR = 5.0
+"""Standard errors from which a mean square is more than noise."""
 COLOURS = {"agrees": RED, "undecided": GOLD, "differs": GREEN}
 
 
@@ -65,18 +67,21 @@ def effect(mistake: Mistake, width: int, seed: int, turns: int) -> dict[str, flo
     shaded = _shaded(reference)
     truth = reference.mean.transpose(1, 2, 0)
     images = images_of(mistake, mistake.steps, width, range(seed, seed + 2 * turns))
-    one, other = (half.mean(axis=0) - truth for half in (images[:turns], images[turns:]))
-    scale = float(truth.mean(axis=2)[shaded].mean()) or 1.0
-    grey = [half.mean(axis=2)[shaded] for half in (one, other)]
-    square = float((one * other).mean(axis=2)[shaded].mean())
-    error = float((one * other).mean(axis=2)[shaded].std()) / math.sqrt(shaded.sum())
+    with np.errstate(invalid="ignore"):  # of images that are not finite
+        one, other = (half.mean(axis=0) - truth for half in (images[:turns], images[turns:]))
+        scale = float(truth.mean(axis=2)[shaded].mean()) or 1.0
+        grey = [half.mean(axis=2)[shaded] for half in (one, other)]
+        square = float((one * other).mean(axis=2)[shaded].mean())
+        noise = images.var(axis=0, ddof=1).mean(axis=2)[shaded] / turns
+        error = math.sqrt(float((noise**2).sum())) / noise.size
+        noisy = spread(images, shaded)
     plain = np.abs(images[0] - truth).max(axis=2)[~shaded]
     variance = right_spread(mistake.scene, mistake.strata, width, 2 * turns)
     return {
         "effect_mean": (grey[0] + grey[1]).mean() / 2 / scale,
-        "effect_rms": math.sqrt(max(square, 0.0)) / scale if square > 4 * error or not np.isfinite(square) else 0.0,
+        "effect_rms": math.sqrt(square) / scale if not square <= CLEAR * error else 0.0,
         "effect_plain": float((~(plain < 1e-3)).mean()) if plain.size else 0.0,
-        "effect_variance": spread(images, shaded) / variance if variance else None,
+        "effect_variance": noisy / variance if variance else None,
     }
 
 

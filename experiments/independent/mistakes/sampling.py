@@ -170,8 +170,9 @@ def _scattered(share: float, value: Step, fixed: bool = False) -> Step:
     """The step `finished` that changes a share of the shaded pixels by value(pixels, rng): others in each image."""
 
     def step(image: Floats, shaded: Bools, rng: Rng) -> Floats:
-        chance = (np.random.default_rng(5) if fixed else rng).random(shaded.shape)
-        return np.where((chance < share) & shaded, value(image, rng), image)
+        chance = np.where(shaded, (np.random.default_rng(5) if fixed else rng).random(shaded.shape), 2)
+        count = max(1, round(share * shaded.sum()))
+        return np.where(chance <= np.sort(chance, axis=None)[count - 1], value(image, rng), image)
 
     return step
 
