@@ -9,12 +9,14 @@ from nusselt.experiments.studies.calibration import CALIBRATION
 from nusselt.experiments.studies.closed_form_cost import CLOSED_FORM_COST
 from nusselt.experiments.studies.convergence import CONVERGENCE
 from nusselt.experiments.studies.glossy import GLOSSY
+from nusselt.experiments.studies.honest_images import HONEST_IMAGES
 from nusselt.experiments.studies.light_units import LIGHT_UNITS
 from nusselt.experiments.studies.mesh_cost import MESH_COST
 from nusselt.experiments.studies.mesh_rays import MESH_RAYS
 from nusselt.experiments.studies.nusselt_analog import NUSSELT_ANALOG
 from nusselt.experiments.studies.offset import OFFSET
 from nusselt.experiments.studies.planted_defects import PLANTED_DEFECTS
+from nusselt.experiments.studies.planted_images import PLANTED_IMAGES
 from nusselt.experiments.studies.planted_mistakes import PLANTED_MISTAKES
 from nusselt.experiments.studies.race.study import ERROR_AGAINST_TIME
 from nusselt.experiments.studies.random_scenes import RANDOM_SCENES
@@ -41,6 +43,8 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     CALIBRATION,
     PLANTED_DEFECTS,
     PLANTED_MISTAKES,
+    HONEST_IMAGES,
+    PLANTED_IMAGES,
     OFFSET,
     VARIANCE_TABLE,
     ERROR_AGAINST_TIME,

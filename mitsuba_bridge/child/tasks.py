@@ -14,6 +14,7 @@ import numpy as np
 from nusselt.mitsuba_bridge.lobes import SURFACES
 
 from . import phong
+from .images import images
 from .passes import Array
 from .patch_irradiance import patches
 from .race import race
@@ -128,6 +129,7 @@ TASKS: dict[str, Task] = {
     "surface": surface,
     "chi_squared": chi_squared,
     "image": image,
+    "images": images,
     "patches": patches,
     "spread": spread,
     "epsilons": epsilons,
