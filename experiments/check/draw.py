@@ -12,6 +12,7 @@ from nusselt.renderer.image import Image, render
 from nusselt.renderer.pixels import AreaImage, CentreImage, render_centre
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.words import count
 
 from .adaptive import render_until
 from .bounds import bound_note
@@ -87,7 +88,8 @@ def draw(scene: Scene, drawing: Drawing, executor: Executor | None = None, progr
             scene, estimator, drawing.error, seed=drawing.seed, executor=executor, progress=progress, offset=offset
         )
         image = reached.image
-        said = f"relative RMS error {reached.error:.2g}, from 8 independent passes of {reached.samples} samples"
+        passes = f"8 independent passes of {count(reached.samples, 'sample')}"
+        said = f"relative RMS error {reached.error:.2g}, from {passes}"
         told.append(said if reached.error else "no sampling error")
     elif (by_tolerance := _by_tolerance(scene, estimator, drawing, executor)) is not None:
         image, tolerance = by_tolerance.image, drawing.tolerance or TOLERANCE
@@ -97,7 +99,7 @@ def draw(scene: Scene, drawing: Drawing, executor: Executor | None = None, progr
         offset = offset_asked(scene, drawing.shadow_origin)
         image = render(scene, estimator, seed=drawing.seed, executor=executor, offset=offset, progress=progress)
     if image.back_faces:
-        warnings.append(f"{image.back_faces} pixels show the black back of a one-sided surface")
+        warnings.append(f"{count(image.back_faces, 'pixel', 'shows')} the black back of a one-sided surface")
     if image.bound is not None:
         told.append(bound_note(image))
     if note := negative_note(image, estimator, estimator.claim(prepare(scene).needs)):

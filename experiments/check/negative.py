@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from nusselt.renderer.estimators import Claim, Estimator
 from nusselt.renderer.image import Image
+from nusselt.renderer.words import count
 
 ROUNDING = 1e-9
 """Of the brightest pixel: what exact estimators differ from zero by."""
@@ -21,9 +22,8 @@ def negative_note(image: Image, estimator: Estimator, claim: Claim) -> str:
     than there is.
     """
     lowest = image.mean.min(axis=0)
-    count = int((lowest < -ROUNDING * image.mean.max()).sum())
-    if not count:
+    below = int((lowest < -ROUNDING * image.mean.max()).sum())
+    if not below:
         return ""
     why = WHY.get(claim, "an error, for {name} claims to have no noise here").format(name=estimator.name)
-    are = "1 pixel is" if count == 1 else f"{count} pixels are"
-    return f"{are} negative, down to {lowest.min():.1e}: {why}"
+    return f"{count(below, 'pixel', 'is')} negative, down to {lowest.min():.1e}: {why}"

@@ -143,7 +143,7 @@ def check_sampling(asked: Sampled, toleranced: tuple[PixelRule, ...]) -> None:
     if asked.tolerance is not None:
         number_within("tolerance", asked.tolerance, 0, math.nextafter(1, 0))
         if asked.pixel_rule not in toleranced:
-            raise InputError("tolerance", asked.tolerance, f"the pixel rule {' or '.join(toleranced)} to go with it")
+            raise InputError("tolerance", asked.tolerance, f"pixel_rule {' or '.join(toleranced)} beside it")
 
 
 @dataclass(frozen=True)

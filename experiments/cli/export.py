@@ -8,12 +8,13 @@ import click
 
 from nusselt.experiments.check.request import Reading
 from nusselt.experiments.terminal.options import reading_options
+from nusselt.experiments.terminal.places import Place
 from nusselt.mitsuba_bridge.export import export_scene
 
 
 @click.command()
 @click.argument("scene")
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="SCENE.xml")
+@click.option("-o", "--output", type=Place(), required=True, help="SCENE.xml")
 @reading_options
 def command(*, scene: str, output: Path, reading: Reading) -> None:
     """Write SCENE as an equivalent Mitsuba scene (XML and PLY).

@@ -13,15 +13,17 @@ from nusselt.experiments.check.references import KeptReferences, write_reference
 from nusselt.experiments.check.request import Reading
 from nusselt.experiments.results.document import EXIT
 from nusselt.experiments.terminal.options import reading_options, seed_option
+from nusselt.experiments.terminal.places import Place
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.mitsuba_bridge.reference import ReferenceUnavailable
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.words import count
 
 
 @click.command()
 @click.argument("scene")
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="REF.npz")
+@click.option("-o", "--output", type=Place(), required=True, help="REF.npz")
 @click.option("--margin", type=float, default=1e-3, show_default=True, help="The finest margin it is to serve.")
 @seed_option
 @click.option("--timeout", type=float, default=600.0, show_default=True, help="Seconds.")
@@ -47,7 +49,6 @@ def run_reference(scene: Scene, output: Path, question: Question, references: Ke
         click.echo(f"nusselt: {problem}", err=True)
         return EXIT["no reference"]
     write_reference(output, scene, found, target)
-    click.echo(
-        f"{output}: {scene.name} by Mitsuba {found.version}, {found.passes} passes, {found.samples} samples per light"
-    )
+    made = f"{count(found.passes, 'pass')}, {count(found.samples, 'sample')} per light"
+    click.echo(f"{output}: {scene.name} by Mitsuba {found.version}, {made}")
     return EXIT["as claimed"]

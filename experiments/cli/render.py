@@ -10,13 +10,14 @@ from nusselt.experiments.check.draw import Drawing, draw
 from nusselt.experiments.check.request import Reading
 from nusselt.experiments.images.write import check_image_name, write_image
 from nusselt.experiments.terminal.options import Sampling, cluster_option, reading_options, sampling_options
+from nusselt.experiments.terminal.places import Place
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.workers import PATIENCE, worker_pool
 
 
 @click.command()
 @click.argument("scene")
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="IMAGE.png, .exr or .npy")
+@click.option("-o", "--output", type=Place(), required=True, help="IMAGE.png, .exr or .npy")
 @click.option("--estimator", metavar="NAME", help="Instead of the one the scene asks for; see: nusselt list.")
 @sampling_options
 @reading_options

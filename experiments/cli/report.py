@@ -9,12 +9,13 @@ import click
 
 from nusselt.experiments.results.document import EXIT
 from nusselt.experiments.results.report import write_report
+from nusselt.experiments.terminal.places import Place
 from nusselt.experiments.terminal.progress import progress_bar
 
 
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path), metavar="OUT")
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="REPORT.html")
+@click.option("-o", "--output", type=Place(), required=True, help="REPORT.html")
 def command(folder: Path, output: Path) -> None:
     """One offline HTML file from the folder OUT alone: verdicts, images to flip through, figures.
 

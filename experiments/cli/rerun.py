@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import click
 
 ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv", "cache", "cluster")
-"""Options of a check that no row depends on."""
+"""Options of a check that no row depends on, here or from Python."""
 
 
 def shell_command(check: click.Command, scene: str, options: Mapping[str, object], images: Sequence[str] = ()) -> str:
@@ -16,7 +16,8 @@ def shell_command(check: click.Command, scene: str, options: Mapping[str, object
     words = ["nusselt", "check", scene]
     for param in check.params:
         value = options.get(str(param.name))
-        if param.name in ELSEWHERE or value is None or value == param.default:
+        needed = param.name == "out" and options.get("until_decided")  # its passes are kept there
+        if (param.name in ELSEWHERE and not needed) or value is None or value == param.default:
             continue
         if value is True:
             words.append(param.opts[0])

@@ -23,6 +23,7 @@ from nusselt.experiments.studies.stability.study import STABILITY, file_jobs
 from nusselt.experiments.terminal.options import Output, output_options, quick_option, seed_option
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.workers import worker_pool
+from nusselt.renderer.words import count
 
 COLUMNS = (
     *("name", "kind", "dtype", "form", "value", "error_bound", "oracle", "relative_error", "bound_held"),
@@ -90,5 +91,5 @@ def show(rows: Sequence[Row], told: Console) -> None:
             style=None if row["bound_held"] else "red",
         )
     told.print(found)
-    broken = sum(not row["bound_held"] for row in rows)
-    told.print(f"{len(rows)} rows, {min(SHOWN, len(rows))} shown; {broken} bounds violated or values not finite")
+    broken = count(sum(not row["bound_held"] for row in rows), "bound")
+    told.print(f"{count(len(rows), 'row')}, {min(SHOWN, len(rows))} shown; {broken} violated or values not finite")

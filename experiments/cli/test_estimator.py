@@ -17,6 +17,7 @@ from nusselt.experiments.conformance.scenes import DULL, shadow_scene
 from nusselt.experiments.conformance.trials import PASSES, SAMPLES, TRIALS, Outcome, error_against_time, run_trial
 from nusselt.experiments.results.document import EXIT, document, write_json
 from nusselt.experiments.results.tables import console
+from nusselt.experiments.terminal.options import json_option, seed_option
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.estimators import Area
@@ -27,8 +28,8 @@ MARGIN = 5e-3
 
 @click.command(name="test-estimator")
 @click.argument("estimator", metavar="PACKAGE.MODULE:NAME")
-@click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output).")
-@click.option("--seed", type=click.IntRange(0, 2**63 - 1), default=0, show_default=True)
+@json_option
+@seed_option
 def command(estimator: str, target: str | None, seed: int) -> None:
     """Put an estimator of yours through every test ours go through.
 

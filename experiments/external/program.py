@@ -24,6 +24,7 @@ from nusselt.experiments.scenes import catalogue
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.scene_text import write_scene
+from nusselt.renderer.words import count
 
 NEEDED = {"output"}
 KNOWN = {"scene", "xml", "samples", "seed", "output"}
@@ -124,23 +125,34 @@ class ProgramRenderer:
 
         Raises
         ------
+        InputError
+            If the program cannot be started.
         ProgramFailed
-            If the program cannot be started, fails, takes too long, or writes no image of the scene.
+            If it fails, takes too long, or writes no image of the scene.
         """
         output = Path(self._folder.name) / f"image-{samples}-{seed}{self.program.kind}"
         words = self.program.words(
             scene=self._scene.resolve(), xml=self._xml, samples=samples, seed=seed, output=output
         )
         started = time.perf_counter()
-        _call(words, self.program.timeout)
-        seconds = time.perf_counter() - started
         try:
-            raw = read_image(output, self.scene)
-        except InputError as error:
-            raise ProgramFailed(f"the renderer ended well and gave no image: {error}") from error
+            _call(words, self.program.timeout)
+            seconds = time.perf_counter() - started
+            raw = _image(output, self.scene)
+        except ProgramFailed as problem:
+            raise ProgramFailed(
+                f"{problem} (seed {seed}, {count(samples, 'sample')}: {shlex.join(words)})"
+            ) from problem
         finally:
             output.unlink(missing_ok=True)
         return Run(raw, seed, samples, seconds)
+
+
+def _image(output: Path, scene: Scene) -> Raw:
+    try:
+        return read_image(output, scene)
+    except InputError as error:
+        raise ProgramFailed(f"the renderer ended well and gave no image: {error}") from error
 
 
 def _call(words: list[str], timeout: float) -> None:
@@ -151,7 +163,7 @@ def _call(words: list[str], timeout: float) -> None:
             )
         except (OSError, ValueError) as error:
             told = getattr(error, "strerror", None) or str(error)
-            raise ProgramFailed(f"the renderer {words[0]} cannot be started ({told})") from error
+            raise InputError("renderer", words[0], f"a program that can be started ({told})") from error
         try:
             status = process.wait(timeout)
         except subprocess.TimeoutExpired:

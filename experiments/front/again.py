@@ -13,13 +13,14 @@ from nusselt.renderer.scene import Scene
 
 def again(scene: SceneLike, said: Mapping[str, Any]) -> str:
     """A shell command, or a call of Python for scenes, images and renderers that have no name outside it."""
-    options = {name: value for name, value in said.items() if value is not None}
+    from nusselt.experiments.cli.rerun import ELSEWHERE, shell_command
+
+    options = {name: value for name, value in said.items() if value is not None and name not in ELSEWHERE}
     images = options.get("images", ())
     files = images if isinstance(images, list | tuple) else (images,)
     words = (scene, *files, options.get("renderer", ""), options.get("estimator", ""))
     if all(isinstance(word, str | PathLike) or _importable(word) for word in words):
         from nusselt.experiments.cli.check import command
-        from nusselt.experiments.cli.rerun import shell_command
 
         if "estimator" in options:
             options["estimator"] = (_word(options["estimator"]),)
@@ -46,4 +47,7 @@ def _shown(value: object) -> str:
         return f"[{', '.join(map(_shown, value))}]"
     if isinstance(value, bool | int | float):
         return repr(value)
-    return str(getattr(value, "__qualname__", f"<{type(value).__name__}>"))
+    name = getattr(value, "__qualname__", "<>")
+    if "<" not in name:
+        return str(name)
+    return f"<{getattr(value, '__name__', type(value).__name__).strip('<>')}>"  # no name that could be typed

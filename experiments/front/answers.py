@@ -17,7 +17,7 @@ from nusselt.experiments.results.document import document, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.notebook import answer_html, results_html
 from nusselt.experiments.results.pictures import write_pictures
-from nusselt.experiments.results.rows import count
+from nusselt.renderer.words import count
 
 WORST_FIRST = ("differs", "undecided", "agrees")
 

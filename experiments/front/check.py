@@ -29,10 +29,12 @@ from nusselt.renderer.scene import Scene
 
 from .again import again
 from .answers import Results
+from .arguments import known_arguments
 
 EstimatorLike = str | type[Estimator]
 
 
+@known_arguments
 def check(
     *scenes: SceneLike,
     images: ImageLike | Sequence[ImageLike] | None = None,

@@ -20,6 +20,8 @@ from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image
 from nusselt.renderer.scene import Scene
 
+from .arguments import known_arguments
+
 
 @dataclass(frozen=True)
 class Picture:
@@ -64,6 +66,7 @@ class Picture:
         return stream.getvalue()
 
 
+@known_arguments
 def read_scene(scene: SceneLike, *, lenient: bool = False, two_sided: bool = False) -> Scene:
     """A scene from its file, or a classic one by its name.
 
@@ -75,6 +78,7 @@ def read_scene(scene: SceneLike, *, lenient: bool = False, two_sided: bool = Fal
     return Reading(lenient, two_sided).scene(scene)
 
 
+@known_arguments
 def render(
     scene: SceneLike,
     *,

@@ -6,6 +6,7 @@ Nothing but pytest is imported until a test asks for the fixture: a run that doe
 from __future__ import annotations
 
 import re
+from collections.abc import Generator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -49,7 +50,7 @@ class _Kept:
         if self.report is None:
             return
         for row, folder in results.write_pictures(self.report, _file_name(test)):
-            self.rows.append({**row, "images": folder, "command": f"pytest {test!r}"})
+            self.rows.append({**row, "images": folder, "test": test, "command": f"pytest {test!r}"})
         _write(self.rows, self.report / PARTS / f"{self.process}.json")
 
 
@@ -71,14 +72,39 @@ def _folder(config: pytest.Config, option: str) -> Path | None:
     return None if value is None else config.invocation_params.dir / value
 
 
+def _check_folder(report: Path) -> None:
+    from nusselt.experiments.files import check_place
+    from nusselt.renderer.errors import InputError
+
+    try:
+        check_place("--nusselt-report", report, folder=True)
+    except InputError as error:
+        raise pytest.UsageError(str(error)) from None
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Where this process puts things; what an earlier run left is no part of this one."""
     worker: str | None = getattr(config, "workerinput", {}).get("workerid")
     report, cache = _folder(config, "--nusselt-report"), _folder(config, "--nusselt-cache")
+    if report is not None:
+        _check_folder(report)
     config.stash[_KEPT] = _Kept(report, cache, worker or "main")
     if report is not None and worker is None:
         for part in (report / PARTS).glob("*.json"):
             part.unlink()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Generator[None, Any, Any]:
+    """What is wrong with a question is one line, as on the command line, and no page of source."""
+    report = yield
+    if call.excinfo is not None and isinstance(getattr(item, "funcargs", {}).get("nusselt"), Checks):
+        from nusselt.experiments.external.program import ProgramFailed
+        from nusselt.renderer.errors import InputError
+
+        if isinstance(call.excinfo.value, (InputError, ProgramFailed)):
+            report.longrepr = f"{call.excinfo.typename}: {call.excinfo.value}"
+    return report
 
 
 @pytest.hookimpl(trylast=True)

@@ -17,9 +17,10 @@ from scipy import stats
 
 from nusselt.experiments.verdict.intervals import Bias, welch
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.words import count
 
 from .document import EXIT, read_json
-from .rows import count, number, title
+from .rows import number, title
 from .schema import Row
 from .work_precision import seconds_of
 

@@ -14,6 +14,10 @@ from nusselt.renderer.vectors import Floats
 
 BLUE, RED, GREY, GREEN, GOLD = "#2b6cb0", "#c53030", "#718096", "#2f855a", "#b7791f"
 COLOURS = (BLUE, RED, GREEN, GOLD, "#6b46c1", GREY)
+STROKES = ("o-", "s--", "^:", "D-.", "v-", "P--", "X:", "*-.")
+"""Marks and dashes: another one each time the colours begin anew."""
+FOOT = 0.16
+"""Inches below a figure for what made it."""
 
 
 def canvas(width: float, height: float) -> Any:
@@ -33,18 +37,31 @@ def save(figure: Any, folder: Path, name: str) -> list[str]:
     return [f"{name}.png", f"{name}.svg"]
 
 
-def curves(lines: Mapping[str, Sequence[Sequence[float]]], x: str, y: str, title: str, marks: str = "o") -> Any:
+def footnote(figure: Any, words: str) -> None:
+    """Words in a strip of their own below a figure."""
+    share = FOOT / figure.get_figheight()
+    figure.get_layout_engine().set(rect=(0, share, 1, 1 - share))
+    figure.text(0.995, 0.2 * share, words, ha="right", va="bottom", fontsize=6, color=GREY)
+
+
+def name_lines(axis: Any, size: int = 8) -> None:
+    """Name the lines of a figure's axis beside it, where that covers none of them."""
+    axis.figure.legend(*axis.get_legend_handles_labels(), loc="outside right upper", fontsize=size)
+
+
+def curves(lines: Mapping[str, Sequence[Sequence[float]]], x: str, y: str, title: str) -> Any:
     """Log-log curves by name, points that are zero or missing left out."""
-    figure = canvas(7.5, 5)
+    figure = canvas(9, 5)
     axis = figure.subplots()
-    for (name, (xs, ys)), colour in zip(lines.items(), COLOURS * 9, strict=False):
+    looks = [(stroke, colour) for stroke in STROKES for colour in COLOURS]
+    for (name, (xs, ys)), (stroke, colour) in zip(lines.items(), looks, strict=False):
         a, b = np.array(xs, dtype=float), np.array(ys, dtype=float)
         some = (a > 0) & (b > 0)
-        axis.loglog(a[some], b[some], marks + "-", color=colour, label=name, ms=4, lw=1.4)
+        axis.loglog(a[some], b[some], stroke, color=colour, label=name, ms=4, lw=1.4)
     axis.set(xlabel=x, ylabel=y)
     axis.set_title(title, fontsize=10, wrap=True)
     axis.grid(which="major", alpha=0.3)
-    axis.legend(fontsize=8)
+    name_lines(axis)
     return figure
 
 

@@ -13,6 +13,7 @@ from nusselt.experiments.images.write import write_image
 from nusselt.experiments.verdict.judge import standard_errors
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
+from nusselt.renderer.vectors import Floats
 
 from .schema import Row
 
@@ -40,21 +41,28 @@ def write_difference(path: Path, z: np.ndarray[Any, Any]) -> None:
         Image.fromarray(colour_difference(z)).save(beside)
 
 
+def write_sides(
+    folder: Path, name: str, image: Image, reference: Floats | None, z: Floats | None = None
+) -> dict[str, str]:
+    """Write an image called ``name``, the reference (3, h, w) and their difference; returns what is where, by name."""
+    found = {f"{name}.png": image.first, f"{name}.exr": image.mean}
+    if reference is not None:
+        found |= {"reference.png": reference, "reference.exr": reference}
+    for file, radiance in found.items():
+        write_image(folder / file, radiance)
+    differences = () if z is None else ("difference.exr", "difference.png")
+    for file in differences:
+        write_difference(folder / file, z)
+    return {file.replace(".", "_"): f"{folder.name}/{file}" for file in (*found, *differences)}
+
+
 def write_pictures(row: Row, ours: Image, reference: Reference | None, folder: Path) -> dict[str, str]:
     """Write a row's images into ``folder``; returns what is where, by name."""
-    found = {"ours.png": ours.first, "ours.exr": ours.mean}
-    if reference is not None:
-        found |= {"reference.png": reference.mean, "reference.exr": reference.mean}
-    for name, radiance in found.items():
-        write_image(folder / name, radiance)
-    names = list(found)
-    if reference is not None:
-        z = standard_errors(ours, reference, row["passes"])
-        write_difference(folder / "difference.exr", z)
-        write_difference(folder / "difference.png", z)
-        _overview(row, ours, reference, z, folder / "overview.png")
-        names += ["difference.exr", "difference.png", "overview.png"]
-    return {name.replace(".", "_"): f"{folder.name}/{name}" for name in names}
+    if reference is None:
+        return write_sides(folder, "ours", ours, None)
+    z = standard_errors(ours, reference, row["passes"])
+    _overview(row, ours, reference, z, folder / "overview.png")
+    return write_sides(folder, "ours", ours, reference.mean, z) | {"overview_png": f"{folder.name}/overview.png"}
 
 
 def _overview(row: Row, ours: Image, reference: Reference, z: np.ndarray[Any, Any], path: Path) -> None:

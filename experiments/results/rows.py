@@ -38,7 +38,7 @@ def method(row: Row) -> str:
 
 def subject(row: Row) -> str:
     """What a row is about: its scene with the case or the target, or what stands in a scene's place."""
-    told = [row.get(name) for name in ("defect", "scene", "case", "name", "light", "what", "form", "series")]
+    told = [row.get(name) for name in ("defect", "scene", "case", "name", "light", "what", "form", "series", "test")]
     target = number(row.get("target"))
     if target is not None:
         told += [row.get("pixel_rule"), f"{target:g}"]
@@ -50,6 +50,11 @@ def title(row: Row) -> str:
     experiment = experiment_of(row)
     parts = ("" if experiment == "check" else f"{experiment}:", subject(row), method(row))
     return " ".join(part for part in parts if part) or experiment
+
+
+def whose(row: Row) -> str:
+    """Whose image it is: ours, or yours where it was brought."""
+    return "yours" if "brought" in row else "ours"
 
 
 TOLD = (
@@ -72,6 +77,17 @@ def figures(row: Row) -> list[tuple[str, str]]:
     return [(name.replace("_", " "), said(value)) for name, value in plain.items()]
 
 
+FINDS = {"contrast": "contrast", "rms": "residual (RMS)", "pixel": "single pixel"}
+"""What stands in ``finds`` beside the bias, in words."""
+
+
+def finds(row: Row) -> str:
+    """The smallest contrast, residual and single pixel that the row would have called differs."""
+    told = row.get("finds") or {}
+    known = [f"{words} {percent(told[name], 2)}" for name, words in FINDS.items() if number(told.get(name)) is not None]
+    return ", ".join(known)
+
+
 def number(value: Any) -> float | None:
     """A finite number, or None."""
     fits = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
@@ -85,11 +101,6 @@ def percent(value: Any, digits: int = 3, sign: bool = False, unit: str = " %") -
         return ""
     rounded = round(100 * found, digits) + 0.0  # no sign before zeros
     return f"{rounded:{'+' if sign else ''}.{digits}f}{unit}".replace("-", "−")
-
-
-def count(number_of: int, what: str) -> str:
-    """A number and its noun: "1 row", "2 rows"."""
-    return f"{number_of} {what}{'' if number_of == 1 else 's'}"
 
 
 def urgent_first(rows: list[Row]) -> list[Row]:

@@ -55,6 +55,7 @@ ASKED = (
     Entry("margin", NUMBER, "bias declared not to matter", "relative"),
     Entry("seed", COUNT, "root of all random numbers"),
     Entry("command", TEXT, "makes the row again"),
+    Entry("test", TEXT, "of pytest: which asked"),
     Entry("looks", COUNT, "check --until-decided: how often it was judged"),
 )
 """What was asked."""

@@ -35,7 +35,8 @@ def table(rows: Sequence[Row], title: str) -> Table:
     names = [name for name in dict.fromkeys(n for row in single(rows) for n in row) if name not in HIDDEN]
     for name in names:
         numbers = all(isinstance(row.get(name), (int, float, type(None))) for row in rows)
-        found.add_column(name.replace("_", " "), justify="right" if numbers else "left")
+        # What is too long goes on below: cut off, it would be another name, another number.
+        found.add_column(name.replace("_", " "), justify="right" if numbers else "left", overflow="fold")
     for row in rows:
         cells = [cell(row.get(name)) for name in names]
         found.add_row(*cells, style="red" if row.get("as_claimed") is False else None)

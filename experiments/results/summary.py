@@ -7,13 +7,17 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any, Literal
 
-from .rows import Status, count, number, percent, status, title
+from nusselt.renderer.words import count
+
+from .rows import Status, number, percent, status, title, whose
 from .schema import Row
 from .work_precision import TARGETS, races
 
 Tone = Literal["good", "bad", "open", "plain"]
 
 
+OWN = ("ours", "nusselt")
+"""What the names of references of our own begin with."""
 VERDICTS = {"agrees": "agree", "differs": "differ", "undecided": "undecided"}
 """Each verdict, and how several of them say it."""
 
@@ -39,16 +43,21 @@ def headline(rows: list[Row]) -> tuple[Tone, str]:
     judged = by["failing"] + by["undecided"] + by["as claimed"]
     if not judged:
         return "bad", "Nothing was measured: there is no row to judge"
+    if judged == 1:
+        every, are, agree = "The one row", "is", "agrees"
+    else:
+        every, are, agree = f"All {judged} rows", "are", "agree"
     if by["failing"]:
         rest = f", {by['undecided']} undecided" if by["undecided"] else ""
         verb = "is" if by["failing"] == 1 else "are"
-        return "bad", f"{by['failing']} of {count(judged, 'row')} {verb} not as claimed{rest}"
+        which = every if judged == 1 else f"{by['failing']} of {judged} rows"
+        return "bad", f"{which} {verb} not as claimed{rest}"
     if by["undecided"]:
-        return "open", f"{by['undecided']} of {count(judged, 'row')} undecided, the rest as claimed"
-    every = "The one row" if judged == 1 else f"All {judged} rows"
+        rest = f"{by['undecided']} of {judged} rows undecided, the rest as claimed"
+        return "open", f"{every} {are} undecided" if by["undecided"] == judged else rest
     if all(row.get("verdict") == "agrees" for row in rows if status(row) == "as claimed"):
-        return "good", f"{every} agree{'s' if judged == 1 else ''} with {_reference(rows)}"
-    return "good", f"{every} {'is' if judged == 1 else 'are'} as claimed"
+        return "good", f"{every} {agree} with {references(rows)}"
+    return "good", f"{every} {are} as claimed"
 
 
 def facts(document: dict[str, Any]) -> list[Fact]:
@@ -57,12 +66,31 @@ def facts(document: dict[str, Any]) -> list[Fact]:
     return [_right(rows), _sure(rows, document.get("alpha")), _fast(rows), _left_out(rows), _where(rows)]
 
 
-def _reference(rows: list[Row]) -> str:
+def references(rows: list[Row], otherwise: str = "a reference") -> str:
+    """What rows were compared with."""
     names = [row["reference"] for row in rows if isinstance(row.get("reference"), dict)]
-    whole = [(str(r["renderer"]), r.get("version") or "") for r in names if r.get("renderer")]
-    found = {f"{name.capitalize()} {version}".strip() for name, version in whole if not name.startswith("ours")}
-    own = ["our own images"] if any(name.startswith("ours") for name, _ in whole) else []
-    return " and ".join(sorted(found) + own) or "a reference"
+    every = [(str(r["renderer"]), r.get("version") or "") for r in names if r.get("renderer")]
+    found = {f"{name.capitalize()} {version}".strip() for name, version in every if not name.startswith(OWN)}
+    own = ["our own images"] if any(name.startswith(OWN) for name, _ in every) else []
+    return " and ".join(sorted(found) + own) or otherwise
+
+
+def kicker(rows: list[Row]) -> str:
+    """Whose images were set against what."""
+    sides = sorted({whose(row) for row in rows}) or ["ours"]
+    return f"{' and '.join(sides)} against {references(rows, 'Mitsuba’s direct integrator')}"
+
+
+def against(row: Row) -> str:
+    """What one row was compared with, and how it was made; empty where nothing is known of that."""
+    told = row.get("reference")
+    if not isinstance(told, dict):
+        return ""
+    if "brought" in row and told.get("notes"):
+        return str(told["notes"][0])
+    made = f"{told.get('renderer') or 'none'} {told.get('version') or ''}".strip()
+    samples = f"{count(told['samples'], 'sample')} per light" if told.get("samples") else ""
+    return ", ".join(filter(None, (made, told.get("variant"), samples)))
 
 
 def _right(rows: list[Row]) -> Fact:
@@ -71,13 +99,15 @@ def _right(rows: list[Row]) -> Fact:
     if tone == "open" and compared:  # a row that was not run says nothing of those that were
         tone, _ = headline(compared)
     by = Counter(str(row["verdict"]) for row in rows if row.get("verdict") and not row.get("defect"))
-    words = ", ".join(f"{by[word]} {plural}" for word, plural in VERDICTS.items() if by[word])
+    words = ", ".join(f"{n} {word if n == 1 else several}" for word, several in VERDICTS.items() if (n := by[word]))
     answer = {"good": "Yes", "bad": "No", "open": "Not known yet"}.get(tone, "")
+    judged = sum(by.values())
+    detail = f"Of {count(judged, 'image')} set against {references(rows)}: {words}." if judged else f"{said}."
+    if not judged and tone != "bad":
+        answer, detail = "Not judged", f"{detail} None of them is a verdict on an image."
     if not counted(rows).keys() - {"shown"}:
         answer = "Not measured"
-    judged = sum(by.values())
-    detail = f"Of {count(judged, 'image')} set against {_reference(rows)}: {words}." if judged else f"{said}."
-    return Fact("Is the renderer right?", answer, detail, tone)
+    return Fact("Is the renderer right?", answer, detail, tone if judged else "bad" if tone == "bad" else "plain")
 
 
 def _sure(rows: list[Row], alpha: Any) -> Fact:
@@ -108,13 +138,17 @@ def _fast(rows: list[Row]) -> Fact:
 
 
 def _left_out(rows: list[Row]) -> Fact:
-    entries = [entry for row in rows for entry in row.get("left_out") or () if isinstance(entry, dict)]
+    ours = [row for row in rows if "brought" not in row]
+    entries = [entry for row in ours for entry in row.get("left_out") or () if isinstance(entry, dict)]
     unjudged = sum((row.get("pixels") or {}).get("unjudged") or 0 for row in rows)
     shaded = sum((row.get("pixels") or {}).get("shaded") or 0 for row in rows)
     why = Counter(str(entry.get("why")) for entry in entries)
     often = f" Most often because {why.most_common(1)[0][0]}." if why else ""
-    share = f" {unjudged} of {shaded} pixels lie too close to an edge to be judged." if shaded else ""
-    detail = f"Work that the scenes do not need; no pixel changes.{often}{share}"
+    lie = "lies" if unjudged == 1 else "lie"
+    share = f"{unjudged} of {count(shaded, 'pixel')} {lie} too close to an edge to be judged." if shaded else ""
+    if not entries and shaded:
+        return Fact("What was left out?", count(unjudged, "pixel"), share)
+    detail = f"Work that the scenes do not need; no pixel changes.{often} {share}".rstrip()
     return Fact("What was left out?", count(len(entries), "piece") + " of work", detail)
 
 
@@ -131,7 +165,12 @@ def _where(rows: list[Row]) -> Fact:
     seen = [row for row in rows if number(row.get("bias_relative")) is not None]
     if not seen:
         return Fact(question, "Not measured", "No row has been compared.")
-    seen = [row for row in seen if row.get("verdict") == "agrees"] or seen
-    worst = max(seen, key=lambda row: abs(row["bias_relative"]))
-    bias = percent(worst["bias_relative"], 3, sign=True)
-    return Fact(question, "Nowhere beyond noise", f"The largest bias is {bias}, in {title(worst)}.", "good")
+    agreeing = [row for row in seen if row.get("verdict") == "agrees"]
+    worst = max(agreeing or seen, key=lambda row: abs(row["bias_relative"]))
+    told = f"The largest bias is {percent(worst['bias_relative'], 3, sign=True)}, in {title(worst)}"
+    if agreeing:
+        return Fact(question, "Nowhere beyond noise", f"{told}.", "good")
+    if any(row.get("verdict") for row in seen):
+        return Fact(question, "Not known yet", f"{told}, and no row agrees.", "open")
+    claim = f", which claims to be {worst['claim']}" if worst.get("claim") else ""
+    return Fact(question, "Not judged", f"No row has a verdict. {told}{claim}.")

@@ -58,7 +58,8 @@ def verdict_table(rows: list[Row], alpha: float, width: int) -> Table:
     shown = [column for column in COLUMNS if wide or column.name not in ("estimator", "RMS")]
     for column in shown:
         name, justify = (f"{column.name} %", "right") if column.number else (column.name, "left")
-        table.add_column(name, justify=justify, no_wrap=True)  # type: ignore[arg-type]
+        # A name that is too long for the terminal goes on below: cut off, it would be no name.
+        table.add_column(name, justify=justify, no_wrap=column.number, overflow="fold")  # type: ignore[arg-type]
     for name in ("course", "expected", "seconds") if wide else ():
         table.add_column(name, justify="right", no_wrap=True)
     for row in rows:

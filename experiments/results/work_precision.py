@@ -35,6 +35,9 @@ def slope(sizes: Sequence[float] | Floats, values: Sequence[float] | Floats) -> 
 def seconds_of(row: Row) -> float | None:
     """Seconds of one image; None where none were taken."""
     told = row.get("seconds")
+    if "brought" in row:  # its own rows say how long it took, if they know
+        steps = (row.get("convergence") or {}).get("rows")
+        return number(steps[0].get("seconds_median")) if steps else None
     if isinstance(told, dict):
         if "median" in told:
             return number(told["median"])

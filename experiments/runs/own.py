@@ -88,7 +88,7 @@ class OwnRenderer:
             def image(samples: int, seed: int) -> tuple[Floats, float]:
                 try:
                     run = ready.run(samples, seed)
-                except ProgramFailed as problem:
+                except (InputError, ProgramFailed) as problem:
                     raise InputError("with_renderer", self.command, f"a program that works: {problem}") from problem
                 return quantiser_of([run.raw], "linear", "auto").decode(run.raw), run.seconds
 

@@ -15,7 +15,7 @@ from nusselt.experiments.files import replacing
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.exports.csv_table import csv_rows
-from nusselt.experiments.results.figures import save
+from nusselt.experiments.results.figures import footnote, save
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.store import Store
 from nusselt.experiments.results.study_tables import single, table
@@ -53,9 +53,9 @@ class Request:
     out: Path | None = None
     target: str | None = None
     cluster: str | None = None
-    csv: str | None = None
-    junit: str | None = None
-    summary: str | None = None
+    csv: Path | None = None
+    junit: Path | None = None
+    summary: Path | None = None
 
     @property
     def results(self) -> str | None:
@@ -119,9 +119,7 @@ def run_one(
             with replacing(folder / name) as beside:
                 beside.write_text(words, encoding="utf-8", newline="")
         for name, figure in experiment.figures(outcomes).items():
-            figure.text(
-                0.995, 0.004, f"seed {settings.seed}: {tail['command']}", ha="right", fontsize=6, color="#718096"
-            )
+            footnote(figure, f"seed {settings.seed}: {tail['command']}")
             save(figure, folder, name)
     return rows, outcomes
 

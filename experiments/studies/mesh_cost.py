@@ -103,7 +103,7 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
             axis.loglog(sizes, seconds, "o-", color=colour, label=label)
         axis.set(xlabel=series, ylabel="processor seconds of one image")
         axis.grid(alpha=0.3)
-        axis.legend(fontsize=8)
+        axis.legend(fontsize=8, loc="lower left", bbox_to_anchor=(0, 1))
     return {"cost": drawn}
 
 

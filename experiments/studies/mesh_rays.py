@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.experiments.results.figures import BLUE, RED, canvas
+from nusselt.experiments.results.figures import BLUE, RED, canvas, name_lines
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.scenes.procedural import generated
 from nusselt.renderer.camera.first_hits import first_hits
@@ -99,7 +99,7 @@ def jobs(settings: Settings) -> list[Job]:
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """Rays a second."""
     rows = [row for outcome in outcomes for row in outcome.rows]
-    drawn = canvas(7, 4.5)
+    drawn = canvas(8.5, 4.5)
     axis = drawn.subplots()
     for what in dict.fromkeys(row["what"] for row in rows):
         mine = [row for row in rows if row["what"] == what]
@@ -108,7 +108,7 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
         axis.axhline(goal, color=colour, lw=0.6)
     axis.set(xlabel="triangles", ylabel="million rays a second, one core; lines: goals at 100,000")
     axis.grid(alpha=0.3)
-    axis.legend(fontsize=8)
+    name_lines(axis)
     return {"rays": drawn}
 
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from nusselt.experiments.check.check import seeds
-from nusselt.experiments.results.figures import BLUE, GREY, RED, canvas
+from nusselt.experiments.results.figures import BLUE, GREY, RED, canvas, name_lines
 from nusselt.experiments.results.study_tables import table
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.scenes.shapes import lamp, plate
@@ -199,7 +199,7 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     axis.set_yticks(range(len(outcomes)), [outcome.rows[0]["scene"] for outcome in outcomes])
     axis.set_xlabel("chi^2/n over penumbra pixels, 16,384 samples of Mitsuba's")
     axis.set_title("Mitsuba's ray offset, the bridge's scaling off: modelled, and not", fontsize=10)
-    axis.legend(fontsize=8)
+    name_lines(axis)
     return {"offset": figure}
 
 

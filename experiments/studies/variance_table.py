@@ -341,7 +341,8 @@ def variance_table(rows: Sequence[dict[str, Any]]) -> Table:
         "scene and N, or not to be told from it.",
     )
     for number, name in enumerate(HEADER):
-        table.add_column(name, justify="left" if number in (0, 2) else "right", no_wrap=True)
+        words = number in (0, 2)
+        table.add_column(name, justify="left" if words else "right", no_wrap=not words, overflow="fold")
     for row in rows:
         table.add_row(*map(escape, cells(row)))
     return table

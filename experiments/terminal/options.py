@@ -14,6 +14,8 @@ from click.core import ParameterSource
 from nusselt.experiments.check.question import MOST_SAMPLES, MOST_SEED, PixelRule, ShadowOrigin
 from nusselt.experiments.check.request import Reading
 
+from .places import Place
+
 Callback = Callable[..., Any]
 Decorator = Callable[[Callback], Callback]
 
@@ -71,9 +73,9 @@ class Sampling:
 class Exports:
     """Files for other programs; None: not written."""
 
-    csv: str | None = None
-    junit: str | None = None
-    summary: str | None = None
+    csv: Path | None = None
+    junit: Path | None = None
+    summary: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -125,11 +127,19 @@ sampling_options = together(
     ),
 )
 
+json_option = click.option(
+    "--json",
+    "target",
+    type=Place(dash=True),
+    metavar="FILE|-",
+    help="Write the results there ('-': standard output).",
+)
+
 output_options = together(
     Output,
     "output",
-    click.option("--out", type=click.Path(path_type=Path), help="Folder for pictures, tables and results.json."),
-    click.option("--json", "target", metavar="FILE|-", help="Write the results there ('-': standard output)."),
+    click.option("--out", type=Place(folder=True), metavar="FOLDER", help="For pictures, tables and results.json."),
+    json_option,
 )
 
 
@@ -137,7 +147,7 @@ exports_options = together(
     Exports,
     "exports",
     *(
-        click.option(f"--{name}", metavar="FILE", type=click.Path(dir_okay=False), help=f"The rows there as {words}.")
+        click.option(f"--{name}", metavar="FILE", type=Place(), help=f"The rows there as {words}.")
         for name, words in (("csv", "CSV"), ("junit", "JUnit XML"), ("summary", "Markdown under 1 MiB"))
     ),
 )

@@ -12,9 +12,10 @@ import numpy as np
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.lights import Light
 from nusselt.renderer.mesh_files import find_inside, read_mesh_file
-from nusselt.renderer.scene import Camera, Scene
+from nusselt.renderer.scene import INTEGRATORS, Camera, Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 from nusselt.renderer.validation import Vec3
+from nusselt.renderer.words import count
 
 from . import transforms
 from .triangle_pile import TrianglePile
@@ -107,12 +108,12 @@ class SceneState:
         return self._settings.get(command, (default, 0))[0]
 
     def _integrator(self) -> str:
-        name, line = self._settings.get("integrator", ("raytracer", self.line))
-        if name in ("analyticdirect", "direct"):
-            return str(name)
-        said = f"integrator {name}" if "integrator" in self._settings else "no integrator"
-        self.warn(f"{said}: direct is used", f"{self.where}:{line}")
-        return "direct"
+        name, line = self._settings.get("integrator", ("direct", self.line))
+        if name not in INTEGRATORS:
+            self.warn(f"integrator {name}: direct is used", f"{self.where}:{line}")
+        elif not self._settings.keys() & {"integrator", "lightsamples"} and any(x.has_extent for x in self._lights):
+            self.warn("no integrator and no lightsamples: direct is used, 1 sample per light", f"{self.where}:{line}")
+        return str(name) if name in INTEGRATORS else "direct"
 
     def size(self, width: int, height: int) -> None:
         self._set("size", (width, height))
@@ -173,7 +174,7 @@ class SceneState:
         if not surface.triangles.size:
             raise InputError("mesh", f"{name}, no area", "a triangle that spans an area")
         if dropped:
-            self.warn(f"{dropped} triangles of {name} span no area: dropped", self.place)
+            self.warn(f"{count(dropped, 'triangle')} of {name} without area: dropped", self.place)
         self._close_mesh()
         self._meshes.append(Mesh(surface.vertices, surface.triangles, self._material))
         self._tell_emission()

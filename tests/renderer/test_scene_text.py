@@ -140,9 +140,20 @@ def test_warnings_name_file_and_line(line: str, warning: str) -> None:
     assert scene.integrator == "direct"
 
 
-def test_a_missing_integrator_is_warned_of() -> None:
-    scene = parse_scene("size 4 3\ncamera 0 0 4 0 0 0 0 1 0 45\n", where="a.test")
-    assert scene.warnings == ("a.test:2: no integrator: direct is used",)
+@pytest.mark.parametrize(
+    ("lines", "warned"),
+    [
+        ("", False),
+        ("point 0 1 0 1 1 1", False),
+        ("quadLight 0 1 0 0 0 1 1 0 0 1 1 1", True),
+        ("lightsamples 4\nquadLight 0 1 0 0 0 1 1 0 0 1 1 1", False),
+        ("integrator direct\nquadLight 0 1 0 0 0 1 1 0 0 1 1 1", False),
+    ],
+)
+def test_a_missing_integrator_is_warned_of_where_it_matters(lines: str, warned: bool) -> None:
+    """Where a light has an extent, and nothing says how it is sampled."""
+    scene = parse_scene(f"size 4 3\ncamera 0 0 4 0 0 0 0 1 0 45\n{lines}\n", where="a.test")
+    assert any("no integrator and no lightsamples" in warning for warning in scene.warnings) == warned
 
 
 def test_warnings_do_not_pile_up() -> None:

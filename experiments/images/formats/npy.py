@@ -39,13 +39,15 @@ def raw_of_array(path: Path, values: np.ndarray[Any, Any], width: int, height: i
     """
     if values.dtype.kind != "f" and values.dtype.str[1:] not in ("u1", "u2"):
         raise refuse(path, f"numbers of type {values.dtype}", "floating point, uint8 or uint16")
-    if values.ndim == 3 and values.shape == (3, height, width) and values.shape[2] not in (3, 4):
+    turned = values.ndim == 3 and values.shape == (3, height, width) and values.shape[2] not in (3, 4)
+    if turned:
         values = values.transpose(1, 2, 0)
     if values.ndim not in (2, 3) or values.shape[:2] != (height, width):
         raise refuse(path, f"an array of shape {values.shape}", f"shape ({height}, {width}, 3): the scene's size")
     kind = np.float64 if values.dtype.kind == "f" else values.dtype.newbyteorder("=")
     rounding = HALF if values.dtype.kind == "f" and values.dtype.itemsize == 2 else FLOAT
-    return replace(three_channels(path, np.array(values, dtype=kind)), rounding=rounding)
+    raw = replace(three_channels(path, np.array(values, dtype=kind)), rounding=rounding)
+    return replace(raw, notes=("it is taken for (3, h, w): channels first", *raw.notes)) if turned else raw
 
 
 def write_npy(path: Path, radiance: Floats) -> None:

@@ -104,11 +104,12 @@ def check_size(path: Path, size: tuple[int, int], wanted: tuple[int, int]) -> No
 def check_bytes(path: Path, wanted: tuple[int, int]) -> None:
     """Refuse what is no plain file, or far larger than an image of that size can be."""
     try:
-        if not path.is_file():
-            raise refuse(path, "no such file" if not path.exists() else "not a plain file", "an image file")
-        size = os.path.getsize(path)
+        there, plain = path.exists(), path.is_file()
+        size = os.path.getsize(path) if plain else 0
     except (OSError, ValueError) as error:
         raise refuse(path, str(error), "an image file") from error
+    if not plain:
+        raise refuse(path, "not a plain file" if there else "no such file", "an image file")
     limit = SPARE + 64 * wanted[0] * wanted[1]
     if size > limit:
         raise refuse(path, f"{size} bytes", f"at most {limit} for an image of {wanted[0]} x {wanted[1]}")

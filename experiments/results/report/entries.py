@@ -12,8 +12,19 @@ from scipy import stats
 
 from nusselt.experiments.images.formats.exr import exr_planes
 from nusselt.experiments.results.document import plain
-from nusselt.experiments.results.rows import experiment_of, figures, method, number, status, subject, title
+from nusselt.experiments.results.rows import (
+    experiment_of,
+    figures,
+    finds,
+    method,
+    number,
+    status,
+    subject,
+    title,
+    whose,
+)
 from nusselt.experiments.results.schema import Row
+from nusselt.experiments.results.summary import against
 from nusselt.experiments.results.work_precision import seconds_of
 from nusselt.renderer.errors import InputError
 
@@ -61,6 +72,9 @@ def entry(
         "thumbnail": _thumbnail(material, row),
         "histogram": p_histogram(row["tile_p"], f"h{index}") if row.get("tile_p") else None,
         "errors": errors.shown(label) if errors else None,
+        "whose": whose(row),
+        "against": against(row),
+        "finds": finds(row),
     }
 
 

@@ -38,9 +38,14 @@ class Material:
         return rows
 
     def image(self, row: Row, name: str) -> Path | None:
-        """A row's image by its name in the row, such as "ours_exr"; None where it is not in the folder."""
+        """A row's image by its name in the row, such as "ours_exr"; None where it is not in the folder.
+
+        What somebody brought stands in the place of ours.
+        """
         images = row.get("images")
-        told = images.get(name) if isinstance(images, dict) else None
+        if not isinstance(images, dict):
+            return None
+        told = images.get(name, images.get(name.replace("ours", "brought")))
         return inside(self.folder, told) if isinstance(told, str) else None
 
     def figures_of(self, experiment: str) -> list[Path]:

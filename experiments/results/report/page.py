@@ -15,11 +15,12 @@ from jinja2 import Environment, PackageLoader, TemplateError
 from nusselt.experiments.files import replacing
 from nusselt.experiments.results.columns import COLUMNS
 from nusselt.experiments.results.pictures import RANGE
-from nusselt.experiments.results.rows import count, experiment_of, in_table, percent, urgent_first
+from nusselt.experiments.results.rows import experiment_of, in_table, percent, urgent_first
 from nusselt.experiments.results.schema import Row
-from nusselt.experiments.results.summary import counted, facts, headline
+from nusselt.experiments.results.summary import counted, facts, headline, kicker
 from nusselt.experiments.results.work_precision import curves, races
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.words import count
 
 from .entries import colours, entry, layers, tiles
 from .figures import BUDGET as FIGURES
@@ -94,6 +95,7 @@ def _content(material: Material, progress: Progress) -> dict[str, Any]:
     by = counted(rows)
     return {
         "folder": material.folder.resolve().name,
+        "kicker": kicker(rows),
         "head": material.document,
         "tone": tone,
         "headline": said,
@@ -110,7 +112,7 @@ def _content(material: Material, progress: Progress) -> dict[str, Any]:
             name: base64.b64encode(blob).decode() for found in packed if found for name, blob in found.blobs.items()
         },
         "viewer": {"images": packs, "tiles": [tiles(row) for row in judged], "colours": colours(), "range": RANGE},
-        "seeds": sorted({str(row["seed"]) for row in rows if row.get("seed") is not None}),
+        "seeds": sorted({str(row["seed"]) for row in rows if row.get("seed") is not None and "brought" not in row}),
     }
 
 

@@ -91,7 +91,7 @@ class Viewer {
   words(x, y) {
     const { width, height, factor } = this.info, n = width * height, i = y * width + x;
     const colour = (layer) => [0, 1, 2].map((c) => rounded(layer[c * n + i])).join("  ");
-    const lines = [`x ${x * factor}, y ${y * factor}   ours ${colour(this.layers.ours)}`];
+    const lines = [`x ${x * factor}, y ${y * factor}   ${this.root.dataset.whose} ${colour(this.layers.ours)}`];
     if (this.layers.reference) lines[0] += `   reference ${colour(this.layers.reference)}`;
     const last = [];
     if (this.layers.difference) last.push(`difference ${signed(this.layers.difference[i])} standard errors`);

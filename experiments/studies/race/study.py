@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from nusselt.experiments.results.figures import canvas
+from nusselt.experiments.results.figures import canvas, name_lines
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.runs.experiment import NONE_OWN, Experiment, Job, Outcome, Settings
 from nusselt.experiments.runs.own import Own
@@ -28,6 +28,7 @@ from nusselt.experiments.studies.race.rows import (
 from nusselt.experiments.studies.race.scenes import NAMES, race_scene
 from nusselt.mitsuba_bridge.race import DEFAULT, Way
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.words import count
 
 FEW = (Way("multijitter", 0), Way("multijitter", 1), DEFAULT)
 QUICK = Plan(rounds=1, sizes=(4, 16, 64), truth=1e-4, longest=3.0, ways=FEW)
@@ -123,7 +124,7 @@ def _without(scene: str, rule: Rule, target: float, note: str) -> Row:
 
 def figure(name: str, views_raw: Sequence[dict[str, Any]]) -> Any:
     """Error against seconds, both sides, all views and rounds, from the raw laps."""
-    drawn = canvas(8, 5.5)
+    drawn = canvas(10.5, 5.5)
     axis = drawn.subplots()
     named: set[str] = set()
 
@@ -143,9 +144,9 @@ def figure(name: str, views_raw: Sequence[dict[str, Any]]) -> Any:
                 mine = [lap for lap in race if lap["configuration"] == way]
                 line(f"Mitsuba: {way}", mine, color=f"C{index + 1}", marker=".", lw=0.8, alpha=0.7)
     axis.set(xlabel="seconds, both cores, first images apart", ylabel="RMS error over shaded pixels, relative")
-    axis.set_title(f"{name}: {len(views_raw)} cameras. {SENTENCE}", fontsize=9, wrap=True)
+    axis.set_title(f"{name}: {count(len(views_raw), 'camera')}. {SENTENCE}", fontsize=9, wrap=True)
     axis.grid(which="major", alpha=0.3)
-    axis.legend(fontsize=7)
+    name_lines(axis, 7)
     return drawn
 
 

@@ -160,12 +160,12 @@ def read_cases(path: Path) -> list[Case]:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise InputError("cases", path.name, f"a file that can be read ({error.strerror})", str(path)) from error
+        raise InputError("cases", str(path), f"a file that can be read ({error.strerror})") from error
     except (ValueError, RecursionError) as error:
-        raise InputError("cases", path.name, "a JSON file of cases", str(path)) from error
+        raise InputError("cases", str(path), "a JSON file of cases") from error
     entries = content.get("cases") if isinstance(content, dict) else content
     if not isinstance(entries, list) or not entries:
-        raise InputError("cases", path.name, "a list of cases, at least one", str(path))
+        raise InputError("cases", content, "a list of cases, at least one", str(path))
     found = []
     for number, entry in enumerate(entries, start=1):
         name = f" ({entry['name']})" if isinstance(entry, dict) and "name" in entry else ""

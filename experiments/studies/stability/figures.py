@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.experiments.results.figures import BLUE, GREY, RED, canvas
+from nusselt.experiments.results.figures import BLUE, GREY, RED, canvas, name_lines
 from nusselt.experiments.runs.experiment import Outcome
 from nusselt.renderer.vectors import Floats
 
@@ -51,7 +51,7 @@ def error_figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     axes[1].set(xlabel="height of its lowest corner over the horizon, relative", title="irradiance")
     _panel(axes[2], rows, s + 0.1, lobes)
     axes[2].set(xlabel="Phong exponent + 0.1", title="modified Phong lobe")
-    axes[0].legend(fontsize=8)
+    name_lines(axes[0])
     figure.suptitle(
         f"Closed forms on {len(rows) // 2} stiff cases against oracles of 25 digits; dotted: rounding of double; "
         "a textbook value that is no number is not drawn",
