@@ -28,7 +28,9 @@ def known_arguments(call: Callable[P, R]) -> Callable[P, R]:
             close = difflib.get_close_matches(name, known, 3, 0.5)
             like = f" ({', '.join(close)}?)" if close else f": {', '.join(known)}"
             accepted = f"an argument of nusselt.{call.__name__}{like}"
-            raise InputError(name, value, "it left out: the command line alone has it" if name in of_commands else accepted)
+            if name in of_commands:
+                accepted = "it left out: the command line alone has it"
+            raise InputError(name, value, accepted)
         return call(*args, **said)
 
     return checked
