@@ -25,7 +25,7 @@ def tell(row: dict[str, Any], table: Console) -> None:
     table.print(f"[bold]{escape(row['scene'])}[/]: {images} against {escape(reference['notes'][0])}")
     colour = COLOURS[row["verdict"]]
     table.print(f"[{colour}]{row['verdict']}[/]: {escape(row['reason'])}", soft_wrap=True)
-    table.print(f"the smallest bias found with 99 % power: {row['minimum_detectable_bias']:.3%}")
+    table.print(f"it finds, with 99 % power: a bias of {row['minimum_detectable_bias']:.3%}{_finds(row)}")
     for name, low_high in row["course_expected"].items():
         scores = ", ".join(_score(score[name]) for score in row["course_scores"])
         kind = "course bias" if name == "bias" else 'course "variance"'
@@ -68,3 +68,10 @@ def _tell_convergence(row: dict[str, Any], table: Console) -> None:
     for name in ("samples", "seconds"):
         value = told[f"slope_{name}"]
         table.print(f"RMS falls as {name} to the power {'unknown' if value is None else f'{value:+.2f}'}")
+
+
+def _finds(row: dict[str, Any]) -> str:
+    """What else would have been found, beside the bias."""
+    names = {"contrast": "a contrast", "rms": "an RMS", "pixel": "a pixel, as half of them are,"}
+    finds = {name: row["finds"][name] for name in names if row["finds"].get(name) is not None}
+    return "".join(f", {names[name]} of {size:.2%}" for name, size in finds.items())

@@ -22,13 +22,11 @@ PATTERNS: dict[str, Callable[[Floats, Floats, int, int], Floats]] = {
     "from left to right": lambda row, column, height, width: 2 * column / max(width - 1, 1) - 1,
 }
 """Weights, at most 1 in size, of the pixel in a row and column."""
-CONTRAST_MARGIN = 2
-"""A contrast's margin, in margins of the pooled mean."""
 
 
 @dataclass(frozen=True)
 class Contrasts:
-    """Fails where the difference times a pattern has a mean beyond its margin, and beyond the reference's own.
+    """Fails where the difference times a pattern has a mean beyond the margin, and beyond the reference's own.
 
     Where pixels share their light points a contrast's noise is not known: then nothing fails.
     """
@@ -48,7 +46,7 @@ class Contrasts:
             reach = bias.half_width(level / len(PATTERNS)) / evidence.scale
             offset = evidence.offset * weights
             own = np.abs(average(offset)) + 2 * np.sqrt(average(offset**2) / max(weights.size, 1))
-            allowed = CONTRAST_MARGIN * evidence.margin + ROUNDING + own / evidence.scale
+            allowed = evidence.margin + ROUNDING + own / evidence.scale
             size = bias.value / evidence.scale
             found[name] = (np.abs(size) - reach > allowed, size)
             finds.append(allowed + reach + bias.reserve(POWER) / evidence.scale)

@@ -12,6 +12,8 @@ from nusselt.experiments.verdict.intervals import Ratio, average, resting_on
 from nusselt.experiments.verdict.rule import Finding
 from nusselt.renderer.vectors import Floats
 
+from .normality import FEWEST
+
 
 def pass_spread(passes: Floats, noise: Floats, level: float) -> Ratio:
     """Variance of pass means (b, r) over what independent pixels would give, with its F interval; none without noise.
@@ -35,7 +37,7 @@ def pass_spread(passes: Floats, noise: Floats, level: float) -> Ratio:
 class PassSpread:
     """Fails where the whole interval lies beyond its margin.
 
-    Says nothing of fewer than four passes, nor where pixels share their light points, as they then should.
+    Says nothing of fewer than four passes, nor of noise that rests on few pixels (its law is not F's), nor where pixels share their light points, as they then should.
     """
 
     name: str = "pass spread"
@@ -46,7 +48,7 @@ class PassSpread:
         if evidence.shares_points or passes.shape[-1] < 4:
             return Finding(evidence.nowhere, lambda k: "", figures={"pass_spread": None})
         spread = pass_spread(passes, evidence.ours.grey_variance, level)
-        fails = spread.fails
+        fails = spread.fails & (resting_on(evidence.ours.grey_variance) >= FEWEST)
         return Finding(
             fails,
             lambda k: (

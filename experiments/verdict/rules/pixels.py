@@ -1,13 +1,14 @@
 """Is every pixel right, and every block of 3 x 3? Few wrong pixels vanish in means.
 
-A pixel's noise is not taken from the passes: few of them, and rare hits, would make it nothing. It is bounded by what
-one sample can bring: values between 0 and a grain b have no more variance than b times their mean, and then Bennett's
-inequality (1962) bounds both tails, at any number of samples.
+A pixel's noise is not what its few passes show: rare hits would make it nothing. Four times that, or its neighbours',
+and one more sample, is taken; but no more than there can be: values between 0 and a grain b have no more variance
+than b times their mean. Bennett's inequality (1962) then bounds both tails, at any number of samples.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import ndimage, special, stats
@@ -20,6 +21,8 @@ from nusselt.renderer.vectors import Bools, Floats
 
 BLOCK = 3
 """Pixels a side."""
+SAFETY = 4.0
+"""How many times its estimate, of few passes and of unlike neighbours, a pixel's variance may be."""
 NAMED = 3
 """Pixels that are named."""
 
@@ -64,18 +67,13 @@ class Pixels:
     def _pixels(ours: Side, theirs: Side, evidence: Evidence, factor: Floats, level: float) -> Bools:
         mean = np.maximum(ours.grey, theirs.grey)
         size = np.abs(ours.grey - theirs.grey) - _allowed(evidence, mean)
-        variance, grain = _bounded(ours, mean, factor), _bounded(theirs, mean, np.ones(()))
-        b = np.maximum(variance[1], grain[1])
-        return tail(np.maximum(size, 0.0), variance[0] + grain[0], b) < np.log(level / 2)
+        variance, grain = bounded(evidence, (ours, theirs), mean, factor)
+        return tail(np.maximum(size, 0.0), variance, grain) < np.log(level / 2)
 
     @staticmethod
     def _blocks(evidence: Evidence, factor: Floats, level: float) -> Bools:
         ours, theirs = evidence.ours, evidence.reference
-
-        def total(values: Floats) -> Floats:
-            summed = ndimage.convolve(evidence.spread_out(values), np.ones((1, BLOCK, BLOCK)), mode="constant")
-            return np.asarray(summed.reshape(len(values), -1)[:, evidence.place])
-
+        total = partial(around, evidence)
         count = total(np.ones(evidence.difference.shape))
         variance = np.zeros(evidence.difference.shape)
         grain = np.zeros(evidence.difference.shape)
@@ -121,12 +119,31 @@ def _unbounded(side: Side) -> bool:
     return side.sampled and side.grain is None
 
 
-def _bounded(side: Side, mean: Floats, factor: Floats) -> tuple[Floats, Floats]:
-    """Bounds of a pixel's variance and of what one sample brings to it, (b, n)."""
-    if not side.sampled or side.grain is None:
-        return np.zeros(mean.shape), np.zeros(mean.shape)
-    grain = np.broadcast_to(side.grain, mean.shape) * np.reshape(factor, (-1, 1))
-    return np.maximum(mean, 0.0) * grain, grain
+def bounded(evidence: Evidence, sides: tuple[Side, Side], mean: Floats, factor: Floats) -> tuple[Floats, Floats]:
+    """Bounds of the variance of a pixel's difference and of what one sample brings to it, (b, n).
+
+    Parameters
+    ----------
+    mean : (b, n) float64
+    factor : (b,) float64
+        See `noise_factor`.
+    """
+    variance, largest = np.zeros(mean.shape), np.zeros(mean.shape)
+    for side, times in zip(sides, (np.reshape(factor, (-1, 1)), 1.0), strict=True):
+        if side.sampled and side.grain is not None:
+            grain = np.broadcast_to(side.grain, mean.shape) * times
+            seen = side.grey_variance
+            if seen.shape[-1] == evidence.place.size:
+                seen = np.maximum(seen, around(evidence, seen) / around(evidence, np.ones(seen.shape)))
+            variance = variance + np.minimum(np.maximum(mean, 0.0) * grain, SAFETY * seen + grain**2)
+            largest = np.maximum(largest, grain)
+    return variance, largest
+
+
+def around(evidence: Evidence, values: Floats) -> Floats:
+    """Sums over each judged pixel's block of 3 x 3, (b, n)."""
+    summed = ndimage.convolve(evidence.spread_out(values), np.ones((1, BLOCK, BLOCK)), mode="constant")
+    return np.asarray(summed.reshape(len(values), -1)[:, evidence.place])
 
 
 def _allowed(evidence: Evidence, mean: Floats) -> Floats:
@@ -139,7 +156,7 @@ def _allowed(evidence: Evidence, mean: Floats) -> Floats:
 def _finds(evidence: Evidence, factor: Floats, level: float) -> Floats:
     """What half of the pixels, missing or doubled, would be found at, (b,), relative: about."""
     mean = evidence.reference.grey
-    variance = _bounded(evidence.ours, mean, factor)[0] + _bounded(evidence.reference, mean, np.ones(()))[0]
+    variance, _ = bounded(evidence, (evidence.ours, evidence.reference), mean, factor)
     return np.asarray(
         np.median(_allowed(evidence, mean) + np.sqrt(2 * np.log(2 / level) * variance), axis=1) / evidence.scale
     )

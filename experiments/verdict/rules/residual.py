@@ -15,7 +15,7 @@ from nusselt.renderer.vectors import Floats
 
 from .mean import POWER
 
-ROOT_MARGIN = 5
+ROOT_MARGIN = 2
 """The residual's margin, in margins of the pooled mean."""
 
 
