@@ -37,7 +37,8 @@ def pass_spread(passes: Floats, noise: Floats, level: float) -> Ratio:
 class PassSpread:
     """Fails where the whole interval lies beyond its margin.
 
-    Says nothing of fewer than four passes, nor of noise that rests on few pixels (its law is not F's), nor where pixels share their light points, as they then should.
+    Says nothing of fewer than four passes, nor of noise that rests on few pixels (its law is not F's), nor where pixels
+    share their light points, as they then should.
     """
 
     name: str = "pass spread"
