@@ -57,6 +57,11 @@ class Reference:
         What is approximate about it.
     seconds : dict
         Everything that comes from a clock.
+    limits : tuple of str
+        Why the reference itself may be wrong in this scene, one plain sentence a cause ("Mitsuba up to 3.9: ..."),
+        the light or surface named. Where there is one, a finding against the other side that the cause can explain
+        is not to be trusted: it makes a row `undecided`, with these sentences, and not `differs`. What no cause
+        explains stays a finding. Pixels that are known to be wrong one by one are ``holes`` instead.
     """
 
     mean: Floats
@@ -74,6 +79,7 @@ class Reference:
     llvm: str | None
     notes: tuple[str, ...]
     seconds: dict[str, Any]
+    limits: tuple[str, ...] = ()
 
     @property
     def pooled_error(self) -> float:
