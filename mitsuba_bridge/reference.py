@@ -16,11 +16,12 @@ import numpy as np
 
 from nusselt.renderer.image import Image
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 from .description import describe
 from .llvm import Backend, backend
 from .process import ReferenceUnavailable, run_child
+from .ties import tied
 
 PASSES = 32
 """Fewest passes of a light with noise: below, a t quantile at a report's level costs too much."""
@@ -45,8 +46,8 @@ class Reference:
     emitter, background : (h, w) float64
         Share of camera rays that hit a light, or nothing.
     holes : (h, w) float64
-        1 where Mitsuba's ray slips through a surface, between two of its triangles: not to be judged. 0 where
-        pixels are boxes, whose many rays pay for one.
+        1 where a pixel is not to be judged: Mitsuba's ray slips through a surface, between its triangles (but for
+        pixels that are boxes, whose many rays pay for one), or two surfaces lie in the place that is seen.
     pass_means : (r,) float64
         Mean over the shaded pixels of the channels' average, pass by pass; one value where nothing is random.
     samples, passes : int
@@ -211,6 +212,10 @@ def render_reference(
         }
         arrays, told = ask(job, folder, running, timeout, progress)
     _check(arrays, scene)
+    tie, said = tied(scene)
+    slipped = arrays["holes"] > 0
+    arrays["holes"] = (slipped | tie).astype(np.float64)
+    limits = [*description.limits, *said]
     return Reference(
         **{k: arrays[k] for k in SHAPES},
         pass_means=arrays["pass_means"],
@@ -220,7 +225,8 @@ def render_reference(
         version=str(told["version"]),
         variant=str(told["variant"]),
         llvm=None if told.get("llvm") is None else str(told["llvm"]),
-        notes=(running.sentence, *description.notes, *_said_of(arrays["holes"])),
+        notes=(running.sentence, *limits, *description.notes, *_said_of(slipped, tie)),
+        limits=tuple(limits),
         seconds={**told["seconds"], "whole": time.perf_counter() - started},
     )
 
@@ -229,9 +235,9 @@ SHAPES = {"mean": 3, "standard_error": 3, "pixel_standard_error": 0, "emitter": 
 """Channels of each image, 0 for a plane."""
 
 
-def _said_of(holes: Floats) -> list[str]:
-    count = int(holes.sum())
-    return [f"{count} pixels are not judged: Mitsuba's ray passes between two triangles of a surface"] if count else []
+def _said_of(slipped: Bools, tie: Bools) -> list[str]:
+    causes = (slipped, "Mitsuba's ray passes between two triangles of a surface"), (tie, "two surfaces are seen there")
+    return [f"{mask.sum()} pixels are not judged: {why}" for mask, why in causes if mask.any()]
 
 
 def _check(arrays: dict[str, Floats], scene: Scene) -> None:
