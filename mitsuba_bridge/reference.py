@@ -23,6 +23,8 @@ from .llvm import Backend, backend
 from .process import ReferenceUnavailable, run_child
 from .ties import tied
 
+TIME = 0.8
+"""Share of the time allowed that passes are planned for; the rest is for starting, and for the last of them."""
 PASSES = 32
 """Fewest passes of a light with noise: below, a t quantile at a report's level costs too much."""
 
@@ -182,9 +184,10 @@ def render_reference(
     max_samples : int
         Per pixel and light.
     timeout : float
-        Seconds.
+        Seconds. What would take longer is planned smaller, and what is done by then is the reference: a noisier one,
+        which says so.
     passes : int
-        Fewest passes of a light with noise.
+        Fewest passes of a light with noise, if there is time.
     running : Backend, optional
         Instead of the one found.
     normalise : bool
@@ -209,6 +212,7 @@ def render_reference(
             "target": target_relative_se,
             "passes": passes,
             "max_samples": max_samples,
+            "seconds": TIME * timeout,
         }
         arrays, told = ask(job, folder, running, timeout, progress)
     _check(arrays, scene)
@@ -225,7 +229,7 @@ def render_reference(
         version=str(told["version"]),
         variant=str(told["variant"]),
         llvm=None if told.get("llvm") is None else str(told["llvm"]),
-        notes=(running.sentence, *limits, *description.notes, *_said_of(slipped, tie)),
+        notes=(running.sentence, *limits, *description.notes, *_said_of(slipped, tie), *_hurried(arrays, timeout)),
         limits=tuple(limits),
         seconds={**told["seconds"], "whole": time.perf_counter() - started},
     )
@@ -240,6 +244,13 @@ def _said_of(slipped: Bools, tie: Bools) -> list[str]:
     return [f"{mask.sum()} pixels are not judged: {why}" for mask, why in causes if mask.any()]
 
 
+def _hurried(arrays: dict[str, Floats], timeout: float) -> list[str]:
+    share = float(arrays["share"])
+    if share >= 1:
+        return []
+    return [f"{timeout:g} s (--timeout) allowed for {share:.0%} of the passes planned: the reference is noisier"]
+
+
 def _check(arrays: dict[str, Floats], scene: Scene) -> None:
     plane = (scene.height, scene.width)
     for name, channels in SHAPES.items():
@@ -248,5 +259,5 @@ def _check(arrays: dict[str, Floats], scene: Scene) -> None:
             raise ReferenceUnavailable(f"Mitsuba's process gave no {name} of shape {shape}")
         if not np.isfinite(arrays[name]).all():
             raise ReferenceUnavailable(f"Mitsuba's {name} is not finite everywhere")
-    if not {"pass_means", "samples", "passes"} <= arrays.keys():
+    if not {"pass_means", "samples", "passes", "share"} <= arrays.keys():
         raise ReferenceUnavailable("Mitsuba's process did not say how it sampled")
