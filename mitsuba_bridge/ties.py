@@ -61,7 +61,7 @@ def tied(scene: Scene) -> tuple[Bools, list[str]]:
     for pixel, first, second in (_on_faces(faces, geometry, hits, one, other, placement), _on_bodies(hits, bodies)):
         pixels[pixel] = True
         said |= {tuple(sorted(pair)) for pair in zip(first.tolist(), second.tolist(), strict=True)}
-    names = "; ".join(" and ".join(_name(geometry, scene, row) for row in pair) for pair in sorted(said)[:3])
+    names = "; ".join(_both(*(_name(geometry, scene, row) for row in pair)) for pair in sorted(said)[:3])
     told = [f"{names} lie in one place: which is seen there is rounding, in Mitsuba as in any renderer"] if said else []
     return pixels.reshape(scene.height, scene.width), told
 
@@ -157,6 +157,10 @@ def _on_bodies(hits: Hits, bodies: Ints) -> tuple[Ints, Ints, Ints]:
     partner = dict(zip(*bodies.tolist(), strict=True))
     base = hits.surface[pixel] - hits.ellipsoid[pixel]
     return pixel, hits.surface[pixel], base + np.array([partner[e] for e in hits.ellipsoid[pixel].tolist()], dtype=int)
+
+
+def _both(one: str, other: str) -> str:
+    return f"{one} and {other}" if one != other else f"two faces of {one}"
 
 
 def _name(g: Geometry, scene: Scene, row: int) -> str:

@@ -81,7 +81,7 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
         "pass_means": pass_means,
         "samples": np.array(max((p.samples * n for p, n in zip(plans, done, strict=True)), default=1)),
         "passes": np.array(max(done, default=1)),
-        "share": np.array(sum(done) / max(sum(p.passes for p in asked), 1)),
+        "share": np.array(sum(done) / sum(p.passes for p in asked) if asked else 1.0),
     }
 
 
@@ -139,8 +139,8 @@ def _groups(lights: list[dict[str, Any]], boxed: bool) -> list[tuple[int, ...]]:
 class _Loaded:
     """The scene that was last asked for, and no other.
 
-    Dr.Jit numbers all shapes and emitters there are, and compiles the numbers into its kernels: scenes that are there one
-    at a time share the first one's. Loading takes 5 ms, compiling 0.4 s.
+    Dr.Jit numbers all shapes and emitters there are, and compiles the numbers into its kernels: scenes that are there
+    one at a time share the first one's. Loading takes 5 ms, compiling 0.4 s.
     """
 
     def __init__(self, description: dict[str, Any], folder: Path) -> None:
@@ -273,5 +273,13 @@ def _plans(sources: list[Any], job: dict[str, Any], pixels: int, deadline: float
 
 def _within(plans: list[Plan], sources: list[Any], seconds: float) -> list[Plan]:
     """The plans, or fewer passes where they would take longer than there is time."""
-    forecast = sum(_forecast(source, p.samples) * p.passes for source, p in zip(sources, plans, strict=True))
-    return [p.within(seconds / forecast) for p in plans] if forecast > 0 else plans
+
+    def forecast() -> float:
+        return sum(_forecast(source, p.samples) * p.passes for source, p in zip(sources, plans, strict=True))
+
+    if forecast() <= seconds:
+        return plans
+    for source, p in zip(sources, plans, strict=True):  # from small passes it is too long: they take their time too
+        if p.samples not in source.seconds:
+            _staged(source, 5)(p.samples, 0)
+    return [p.within(seconds / forecast()) for p in plans]
