@@ -17,16 +17,17 @@ import numpy as np
 
 from nusselt.renderer.camera.rays import view_frame
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.geometry.arrays import build_geometry
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.surfaces import Ellipsoid, Material
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
+from nusselt.renderer.vectors import Floats, dot, unit
 
-from .lights import SIZE, approximations, described, rgb
+from .cutting import cut
+from .lights import approximations, described, rgb
 from .limits import close_blockers
 from .lobes import is_stock, surface
+from .placement import SIZE, Placement, place, seen_box
 from .ply import write_ply
-from .tessellation import tessellate
+from .tessellation import tessellate, tessellate_about
 
 ROBUST = "embree_use_robust_intersections"
 """Property of the scene plugin: rays do not slip between two triangles that share an edge."""
@@ -53,8 +54,8 @@ class Description:
         Lengths here over lengths in the scene.
     centre : list of float
         The scene's point that lies at the origin here.
-    notes : list of str
-        What is approximate, in plain sentences.
+    notes, limits : list of str
+        What is approximate, and where Mitsuba itself is not right, in plain sentences.
     """
 
     camera: dict[str, Any]
@@ -66,6 +67,7 @@ class Description:
     scale: float
     centre: list[float]
     notes: list[str]
+    limits: list[str]
 
     @property
     def is_glossy(self) -> bool:
@@ -76,22 +78,7 @@ class Description:
         return asdict(self)
 
 
-def extent(scene: Scene) -> tuple[Floats, float]:
-    """Centre and half extent of surfaces and of the lights that have a place."""
-    geometry = build_geometry(scene)
-    points = [geometry.a, geometry.b, geometry.c]
-    reach = np.sqrt((geometry.axes**2).sum(axis=2)).T
-    points += [geometry.center - reach, geometry.center + reach]
-    points += [light.hull() for light in scene.lights if not light.at_infinity]
-    every = np.hstack(points)
-    if every.size == 0:
-        return np.array(scene.camera.position), 1.0
-    low, high = every.min(axis=1), every.max(axis=1)
-    half = float((high - low).max()) / 2
-    return (low + high) / 2, half if half > 0 else 1.0
-
-
-def _camera(scene: Scene, place: Any, size: float) -> dict[str, Any]:
+def _camera(scene: Scene, place: Any, size: float, near: float) -> dict[str, Any]:
     look, _, up = (v[:, 0] for v in view_frame(scene))
     origin = place(scene.camera.position)
     away = float(np.abs(origin).max())
@@ -100,22 +87,84 @@ def _camera(scene: Scene, place: Any, size: float) -> dict[str, Any]:
         "target": (origin + look * max(size, away)).tolist(),
         "up": (up / np.abs(up).max()).tolist(),
         "fov": scene.camera.fov_y,
-        "near": 1e-5 * size,
+        "near": 1e-5 * near,
         "far": 10 * (size + away),
         "width": scene.width,
         "height": scene.height,
     }
 
 
-def _ball(ellipsoid: Ellipsoid, place: Any, scale: float, folder: Path, name: str, notes: list[str]) -> dict[str, Any]:
-    if ellipsoid.radius is not None:
-        return {"kind": "sphere", "center": place(ellipsoid.center).tolist(), "radius": ellipsoid.radius * scale}
-    vertices, normals, triangles, error = tessellate(np.array(ellipsoid.axes) * scale)
-    write_ply(folder / name, vertices + place(ellipsoid.center)[:, None], triangles, normals)
-    notes.append(
-        f"an ellipsoid is a mesh of {triangles.shape[1]} triangles in Mitsuba, up to {error:.1e} of its size off"
-    )
-    return {"kind": "ply", "file": name, "smooth": True}
+@dataclass(frozen=True)
+class _Files:
+    """Where things go, and the meshes that are written there."""
+
+    placement: Placement
+    folder: Path
+    stem: str
+    notes: list[str]
+
+    def place(self, point: Any) -> Floats:
+        """From the scene's points (3,) to Mitsuba's."""
+        return (np.asarray(point, dtype=np.float64) - np.array(self.placement.centre)) * self.scale
+
+    @property
+    def scale(self) -> float:
+        return self.placement.scale
+
+    def mesh(self, mesh: Mesh, number: int) -> dict[str, Any]:
+        """A mesh, its large triangles in pieces."""
+        name, centre = f"{self.stem}-mesh{number}.ply", np.array(self.placement.centre)[:, None]
+        pieces = cut(np.stack(mesh.corners, axis=2), self.placement)
+        if pieces is None:
+            write_ply(self.folder / name, (mesh.vertices - centre) * self.scale, mesh.triangles)
+            return {"kind": "ply", "file": name, "smooth": False}
+        vertices, triangles = pieces.reshape(3, -1), np.arange(pieces.shape[1] * 3).reshape(-1, 3).T
+        write_ply(self.folder / name, (vertices - centre) * self.scale, triangles)
+        self.notes.append(
+            f"mesh {number + 1} reaches far beyond what is seen: its {mesh.triangles.shape[1]} triangles are "
+            f"{triangles.shape[1]} pieces in Mitsuba, small near what is seen"
+        )
+        return {"kind": "ply", "file": name, "smooth": False}
+
+    def ball(self, ellipsoid: Ellipsoid, number: int) -> dict[str, Any]:
+        """A sphere, or an ellipsoid as a mesh; also a sphere that is large and close by."""
+        near = _seen_from_close_by(ellipsoid, self.placement)
+        if near is None and ellipsoid.radius is not None:
+            radius = ellipsoid.radius * self.scale
+            return {"kind": "sphere", "center": self.place(ellipsoid.center).tolist(), "radius": radius}
+        name, axes = f"{self.stem}-ellipsoid{number}.ply", np.array(ellipsoid.axes) * self.scale
+        if near is None:
+            vertices, normals, triangles, error = tessellate(axes)
+            origin, told = self.place(ellipsoid.center), f"{error:.1e} of its size off"
+        else:
+            foot, finest = near
+            vertices, normals, triangles, error = tessellate_about(axes, foot, finest)
+            on = np.array(ellipsoid.center) + np.array(ellipsoid.axes) @ foot[:, 0]
+            origin, told = self.place(on), f"{error:.1e} of the distance from what is seen off"
+        write_ply(self.folder / name, vertices + origin[:, None], triangles, normals)
+        what = "an ellipsoid" if ellipsoid.radius is None else "a large sphere"
+        self.notes.append(f"{what} is a mesh of {triangles.shape[1]} triangles in Mitsuba, up to {told}")
+        return {"kind": "ply", "file": name, "smooth": True}
+
+
+LARGE = 20.0
+"""A sphere so many times as large as it is far from what is seen is a mesh: Mitsuba knows its points to 6e-8 of it."""
+
+
+def _seen_from_close_by(ellipsoid: Ellipsoid, placement: Placement) -> tuple[Floats, float] | None:
+    """For an ellipsoid that is far larger than what is seen and passes close by: the nearest place, on the unit sphere
+    (3, 1), and an angle there that is short against what is seen.
+    """
+    axes = np.array(ellipsoid.axes)
+    sizes = np.linalg.svd(axes, compute_uv=False)
+    if not placement.wide or sizes[0] < LARGE * placement.near:
+        return None
+    local = np.linalg.solve(axes, np.array(placement.centre) - np.array(ellipsoid.center))[:, None]
+    height = abs(np.sqrt(dot(local, local)).item() - 1)
+    near = max(height * float(sizes[-1]), placement.near)
+    if sizes[0] < LARGE * near or not local.any():
+        return None
+    return unit(local), min(near / float(sizes[0]) / 4, 0.1)
 
 
 def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = True) -> Description:
@@ -135,15 +184,9 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
     InputError
         If the numbers do not fit float32 even so.
     """
-    centre, half = extent(scene)
-    if not normalise:
-        centre = np.zeros(3)
-    scale = SIZE / half if normalise else 1.0
-    notes = close_blockers(scene, half) if normalise else []
-
-    def place(point: Any) -> Floats:
-        return (np.asarray(point, dtype=np.float64) - centre) * scale
-
+    placement = place(scene, normalise)
+    notes: list[str] = []
+    files = _Files(placement, folder, stem, notes)
     bsdfs: list[dict[str, Any]] = []
     shapes: list[dict[str, Any]] = []
 
@@ -154,19 +197,34 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
         shapes.append({**shape, "bsdf": bsdfs.index(bsdf), "emission": rgb(material.emission)})
 
     for number, mesh in enumerate(scene.meshes):
-        name = f"{stem}-mesh{number}.ply"
-        write_ply(folder / name, (mesh.vertices - centre[:, None]) * scale, mesh.triangles)
-        add({"kind": "ply", "file": name, "smooth": False}, mesh.material)
+        add(files.mesh(mesh, number), mesh.material)
     for number, ellipsoid in enumerate(scene.ellipsoids):
-        add(_ball(ellipsoid, place, scale, folder, f"{stem}-ellipsoid{number}.ply", notes), ellipsoid.material)
-    lights = [described(light, place, scale) | {"body": light.body() is not None} for light in scene.lights]
-    camera = _camera(scene, place, half * scale)
-    if np.abs(camera["origin"]).max() > 1e4 * half * scale:
+        add(files.ball(ellipsoid, number), ellipsoid.material)
+    reach = placement.reach if normalise else placement.half
+    lights = [
+        described(light, files.place, files.scale, reach) | {"body": light.body() is not None} for light in scene.lights
+    ]
+    camera = _camera(scene, files.place, reach, SIZE if normalise else reach)
+    if placement.wide:
+        notes.append(
+            f"the scene is {placement.half / placement.near:.2g} times as large as what is seen of it: "
+            f"{placement.near:.3g} is 50 units in Mitsuba, about {tuple(float(f'{x:.3g}') for x in placement.centre)}"
+        )
+    if np.abs(camera["origin"]).max() > 1e4 * reach:
         notes.append("the camera is more than 10,000 scene sizes away: Mitsuba's float32 hit points lose digits")
     for light in scene.lights:
         notes += approximations(light)
     description = Description(
-        camera, shapes, bsdfs, lights, scene.two_sided, scene.spp > 1, scale, centre.tolist(), notes
+        camera,
+        shapes,
+        bsdfs,
+        lights,
+        scene.two_sided,
+        scene.spp > 1,
+        files.scale,
+        list(placement.centre),
+        notes,
+        close_blockers(scene, seen_box(scene), placement.near) if normalise else [],
     )
     _check_range(description)
     return description

@@ -12,21 +12,16 @@ from functools import singledispatch
 from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.lights import DirectionalLight, DiskLight, Light, PointLight, QuadLight, SunLight
-from nusselt.renderer.vectors import Floats, column, dot, frame
+from nusselt.renderer.vectors import Floats, column, frame
 
-from .distance import distance_to_triangles
+from .distance import Triangle
+from .placement import SIZE
 
-SIZE = 50.0
-"""Half extent of the scene as Mitsuba sees it; its valid range is about 10 to 1000."""
 SUN_DISTANCE = 1e5
 """Distance of the sun's disk in scene radii: its irradiance is then off by 2e-6 in the mean (measured)."""
-GRID = 3
-"""Points a side at which a parallelogram is compared with the triangles; their corners are compared with all of it."""
 
 Matrix = list[list[float]]
 Place = Callable[[Any], Floats]
@@ -49,7 +44,7 @@ def _columns(x: Floats, y: Floats, z: Floats, origin: Floats) -> Matrix:
 
 
 @singledispatch
-def described(light: Light, place: Place, scale: float) -> dict[str, Any]:
+def described(light: Light, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
     """A light's entry in a `Description`.
 
     Parameters
@@ -58,12 +53,14 @@ def described(light: Light, place: Place, scale: float) -> dict[str, Any]:
         From the scene's points to Mitsuba's.
     scale : float
         Lengths there over lengths in the scene.
+    reach : float
+        Half extent of the scene there.
     """
     _unknown(light)
 
 
 @described.register
-def _(light: QuadLight, place: Place, scale: float) -> dict[str, Any]:
+def _(light: QuadLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
     ab, ac = (np.array(v) * scale / 2 for v in (light.ab, light.ac))
     # A rectangle faces +(x cross y): ac before ab, so that it emits on the side of -(ab x ac).
     centre = place(light.corner) + ab + ac
@@ -72,20 +69,20 @@ def _(light: QuadLight, place: Place, scale: float) -> dict[str, Any]:
 
 
 @described.register
-def _(light: PointLight, place: Place, scale: float) -> dict[str, Any]:
+def _(light: PointLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
     intensity = [c * scale**2 for c in light.intensity]
     return {"kind": "point", "position": place(light.position).tolist(), "intensity": intensity}
 
 
 @described.register
-def _(light: DirectionalLight, place: Place, scale: float) -> dict[str, Any]:
+def _(light: DirectionalLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
     direction = (-np.array(light.direction)).tolist()
     return {"kind": "directional", "direction": direction, "irradiance": rgb(light.irradiance)}
 
 
 @described.register
-def _(light: SunLight, place: Place, scale: float) -> dict[str, Any]:
-    direction, distance = np.array(light.direction), SUN_DISTANCE * SIZE
+def _(light: SunLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
+    direction, distance = np.array(light.direction), SUN_DISTANCE * reach
     x, y = (v[:, 0] for v in frame(-direction[:, None]))
     radius = distance * math.tan(light.half_angle)
     to_world = _columns(x * radius, y * radius, -direction, direction * distance)
@@ -93,7 +90,7 @@ def _(light: SunLight, place: Place, scale: float) -> dict[str, Any]:
 
 
 @described.register
-def _(light: DiskLight, place: Place, scale: float) -> dict[str, Any]:
+def _(light: DiskLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
     normal, radius = np.array(light.normal), light.radius * scale
     x, y = (v[:, 0] for v in frame(normal[:, None]))
     to_world = _columns(x * radius, y * radius, normal, place(light.center))
@@ -139,58 +136,35 @@ def _(light: Light) -> bool:
 
 
 @singledispatch
-def clearance(light: Light, geometry: Geometry, others: NDArray[np.intp]) -> float:
-    """From a light to the nearest triangle, of those chosen (t,), that its light can meet; infinity where none is."""
+def cover(light: Light) -> Triangle:
+    """Triangles (3, k) each corner that hold every place at a finite distance from which it shines."""
     _unknown(light)
 
 
-@clearance.register(DirectionalLight)
-@clearance.register(SunLight)
-def _(light: Light, geometry: Geometry, others: NDArray[np.intp]) -> float:
-    return math.inf
+@cover.register(DirectionalLight)
+@cover.register(SunLight)
+def _(light: Light) -> Triangle:
+    return np.empty((3, 0)), np.empty((3, 0)), np.empty((3, 0))
 
 
-@clearance.register
-def _(light: PointLight, geometry: Geometry, others: NDArray[np.intp]) -> float:
-    a, b, c = (corner[:, others] for corner in (geometry.a, geometry.b, geometry.c))
-    return float(distance_to_triangles(column(light.position), a, b, c).min(initial=np.inf))
+@cover.register
+def _(light: PointLight) -> Triangle:
+    place = column(light.position)
+    return place, place, place
 
 
-@clearance.register
-def _(light: QuadLight, geometry: Geometry, others: NDArray[np.intp]) -> float:
-    a, b, c = (points[:, others] for points in (geometry.a, geometry.b, geometry.c))
-    corner, ab, ac = light.columns
-    heights = np.stack([dot(p - corner, column(light.normal)) for p in (a, b, c)])
-    size = np.sqrt(dot(ab, ab) + dot(ac, ac))
-    ahead = (heights > 1e-12 * size).any(axis=0)
-    a, b, c = a[:, ahead], b[:, ahead], c[:, ahead]
-    distances = [np.inf]
-    for u in np.linspace(0, 1, GRID):
-        for v in np.linspace(0, 1, GRID):
-            distances.append(float(distance_to_triangles(light.at(u, v), a, b, c).min(initial=np.inf)))
-    # The other way round: corners of triangles in front of the middle of the light.
-    inverse = np.linalg.pinv(np.hstack((ab, ac)))
-    for p, height in zip((a, b, c), heights[:, ahead], strict=True):
-        u, v = inverse @ (p - corner)
-        over = (height > 0) & (u >= 0) & (u <= 1) & (v >= 0) & (v <= 1)
-        distances.append(float(height[over].min(initial=np.inf)))
-    return min(distances)
+@cover.register
+def _(light: QuadLight) -> Triangle:
+    return light.body().corners
 
 
-@clearance.register
-def _(light: DiskLight, geometry: Geometry, others: NDArray[np.intp]) -> float:
-    a, b, c = (points[:, others] for points in (geometry.a, geometry.b, geometry.c))
-    center, normal = column(light.center), column(light.normal)
-    heights = np.stack([dot(p - center, normal) for p in (a, b, c)])
-    ahead = (heights > 1e-12 * light.radius).any(axis=0)
-    a, b, c = a[:, ahead], b[:, ahead], c[:, ahead]
-    distances = [np.inf]
-    for u in np.linspace(0, 1, GRID):
-        for v in np.arange(2 * GRID) / (2 * GRID):
-            distances.append(float(distance_to_triangles(light.at(u, v), a, b, c).min(initial=np.inf)))
-    # The other way round: corners of triangles in front of the disk.
-    for p, height in zip((a, b, c), heights[:, ahead], strict=True):
-        across = p - center - height * normal
-        over = (height > 0) & (dot(across, across) <= light.radius**2)
-        distances.append(float(height[over].min(initial=np.inf)))
-    return min(distances)
+@cover.register
+def _(light: DiskLight) -> Triangle:
+    x, y = frame(column(light.normal))
+    angle = 2 * math.pi * np.arange(SIDES) / SIDES
+    rim = column(light.center) + light.radius / math.cos(math.pi / SIDES) * (x * np.cos(angle) + y * np.sin(angle))
+    return np.repeat(column(light.center), SIDES, axis=1), rim, np.roll(rim, -1, axis=1)
+
+
+SIDES = 48
+"""Of the polygon around a disk: 0.2 % of the radius too far out."""

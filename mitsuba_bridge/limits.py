@@ -1,4 +1,4 @@
-"""Where a scene leaves the range in which Mitsuba is right: said in plain sentences, not hidden.
+"""Where a scene leaves the range in which Mitsuba is right: said in plain sentences, with the light and the surface.
 
 Up to version 3.9 a shadow ray ends at 1 - 8.94e-4 of its way to the light. A blocker beyond is not seen: 45 % of
 the full light was found to come through one.
@@ -8,33 +8,98 @@ from __future__ import annotations
 
 import numpy as np
 
-from nusselt.renderer.geometry.arrays import build_geometry
+from nusselt.renderer.geometry.arrays import Geometry, build_geometry
+from nusselt.renderer.lights import Light
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Bools, Floats, Ints, dot
 
-from .lights import clearance
+from .distance import between_triangles, distance_to_triangles, from_ellipsoid
+from .lights import cover
 
 CLOSE = 1e-3
 """Blockers closer to a light than this share of the shadow ray's length are ignored by Mitsuba 3.9."""
 
 
-def close_blockers(scene: Scene, half: float) -> list[str]:
+def close_blockers(scene: Scene, points: Floats, half: float) -> list[str]:
     """A sentence for every light with a surface so close before it that Mitsuba 3.9 may look past it.
 
     Parameters
     ----------
+    points : (3, n) float64
+        Whose convex hull holds what is seen.
     half : float
-        Half extent of the scene; no shadow ray is longer than its diagonal, 2 sqrt(3) half.
+        Half extent of the scene: a billionth of it is called touching.
     """
     geometry = build_geometry(scene)
     owner = geometry.light[geometry.triangle_surface]
-    reach = CLOSE * 2 * 3**0.5 * half
     notes = []
     for number, light in enumerate(scene.lights):
-        distance = clearance(light, geometry, np.flatnonzero(owner != number))
+        others = np.flatnonzero(owner != number)
+        to_triangle, to_ellipsoid = clearance(light, geometry, others)
+        distance = min(to_triangle.min(initial=np.inf), to_ellipsoid.min(initial=np.inf))
+        if light.at_infinity or not distance < np.inf:
+            continue
+        reach = CLOSE * float(np.sqrt(((points[:, :, None] - light.hull()[:, None]) ** 2).sum(axis=0)).max())
         if distance < reach:
+            what = _what(geometry, others, to_triangle, to_ellipsoid)
             where = f"lies {distance:.2g} before" if distance > 1e-9 * half else "touches"
             notes.append(
-                f"a surface {where} light {number + 1}: Mitsuba up to 3.9 looks past what is closer to a light "
+                f"{what} {where} light {number + 1}: Mitsuba up to 3.9 looks past what is closer to a light "
                 f"than a thousandth of the way (here up to {reach:.2g})"
             )
     return notes
+
+
+def clearance(light: Light, geometry: Geometry, triangles: Ints) -> tuple[Floats, Floats]:
+    """How far a light is from what its light can meet: infinity where that lies behind it.
+
+    Parameters
+    ----------
+    triangles : (t,) int64
+        Those of the geometry to look at.
+
+    Returns
+    -------
+    (t,), (e,) float64
+        To each triangle, exact but for disks, whose polygon around them is taken; to each ellipsoid, from below.
+    """
+    g = geometry
+    corners = tuple(points[:, triangles] for points in (g.a, g.b, g.c))
+    to_triangle, to_ellipsoid = np.full(triangles.size, np.inf), np.full(g.ellipsoids, np.inf)
+    before, before_bodies = _before(light, g, corners)
+    ahead = tuple(points[:, before] for points in corners)
+    pieces = list(zip(*(points.T[:, :, None] for points in cover(light)), strict=True))
+    for piece in pieces:
+        away = between_triangles(piece, ahead) if light.has_extent else distance_to_triangles(piece[0], *ahead)
+        to_triangle[before] = np.minimum(to_triangle[before], away)
+    for body in np.flatnonzero(before_bodies):
+        shape = g.center[:, [body]], g.axes[body], g.inverse[body]
+        to_ellipsoid[body] = min((from_ellipsoid(*shape, *piece).item() for piece in pieces), default=np.inf)
+    return to_triangle, to_ellipsoid
+
+
+def _before(light: Light, g: Geometry, corners: tuple[Floats, ...]) -> tuple[Bools, Bools]:
+    """Which triangles and ellipsoids rise over the plane from which a light shines, by more than rounding."""
+    plane = light.plane()
+    if plane is None:
+        return np.ones(corners[0].shape[1], dtype=bool), np.ones(g.ellipsoids, dtype=bool)
+    normal, place = plane
+    rounding = 1e-12 * light.middle()[1]
+    heights = np.stack([dot(p - place, normal) for p in corners])
+    reach = np.sqrt((np.einsum("eij,i->ej", g.axes, normal[:, 0]) ** 2).sum(axis=1))
+    return (heights > rounding).any(axis=0), dot(g.center - place, normal) + reach > rounding
+
+
+def _what(g: Geometry, triangles: Floats, to_triangle: Floats, to_ellipsoid: Floats) -> str:
+    """The surface that is nearest."""
+    if to_ellipsoid.min(initial=np.inf) <= to_triangle.min(initial=np.inf):
+        body = int(to_ellipsoid.argmin())
+        return f"sphere {body + 1} about {_place(g.center[:, body])}"
+    triangle = triangles[int(to_triangle.argmin())]
+    place = _place((g.a + g.b + g.c)[:, triangle] / 3)
+    light = g.light[g.triangle_surface[triangle]]
+    return f"light {light + 1}" if light >= 0 else f"the triangle about {place}"
+
+
+def _place(point: Floats) -> str:
+    return "(" + ", ".join(f"{x:.4g}" for x in point) + ")"

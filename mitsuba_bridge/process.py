@@ -123,7 +123,8 @@ def _listen(
         try:
             line = lines.get(timeout=max(0.0, deadline - time.monotonic()))
         except queue.Empty:
-            raise ReferenceUnavailable(f"Mitsuba took more than {timeout:g} s and was ended") from None
+            told = f"Mitsuba took more than {timeout:g} s and was ended: a longer --timeout gives it more"
+            raise ReferenceUnavailable(told) from None
         if line is None:
             return result
         try:

@@ -15,9 +15,8 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.visibility.ray_offset import RayOffset
 
-from .description import extent
-from .lights import SIZE
 from .llvm import Backend, backend
+from .placement import place
 from .reference import ask
 
 
@@ -49,5 +48,5 @@ def mitsuba_offset(scene: Scene, normalise: bool = True, running: Backend | None
         raise InputError("shadow origin", f"mitsuba {version}", "a Mitsuba up to 3.9, whose ray offset is known")
     if not normalise:
         return RayOffset(lift, short)
-    (x, y, z), half = extent(scene)
-    return RayOffset(lift, short, unit=half / SIZE, centre=(float(x), float(y), float(z)))
+    placement = place(scene)
+    return RayOffset(lift, short, unit=placement.unit, centre=placement.centre)

@@ -16,12 +16,15 @@ import numpy as np
 
 from nusselt.renderer.image import Image
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 from .description import describe
 from .llvm import Backend, backend
 from .process import ReferenceUnavailable, run_child
+from .ties import tied
 
+TIME = 0.8
+"""Share of the time allowed that passes are planned for; the rest is for starting, and for the last of them."""
 PASSES = 32
 """Fewest passes of a light with noise: below, a t quantile at a report's level costs too much."""
 
@@ -45,8 +48,8 @@ class Reference:
     emitter, background : (h, w) float64
         Share of camera rays that hit a light, or nothing.
     holes : (h, w) float64
-        1 where Mitsuba's ray slips through a surface, between two of its triangles: not to be judged. 0 where
-        pixels are boxes, whose many rays pay for one.
+        1 where a pixel is not to be judged: Mitsuba's ray slips through a surface, between its triangles (but for
+        pixels that are boxes, whose many rays pay for one), or two surfaces lie in the place that is seen.
     pass_means : (r,) float64
         Mean over the shaded pixels of the channels' average, pass by pass; one value where nothing is random.
     samples, passes : int
@@ -59,6 +62,11 @@ class Reference:
         Everything that comes from a clock.
     light_samples : tuple of int
         Samples per pixel of each light, where they are known.
+    limits : tuple of str
+        Why the reference itself may be wrong in this scene, one plain sentence a cause ("Mitsuba up to 3.9: ..."),
+        the light or surface named. Where there is one, a finding against the other side that the cause can explain
+        is not to be trusted: it makes a row `undecided`, with these sentences, and not `differs`. What no cause
+        explains stays a finding. Pixels that are known to be wrong one by one are ``holes`` instead.
     """
 
     mean: Floats
@@ -77,6 +85,7 @@ class Reference:
     notes: tuple[str, ...]
     seconds: dict[str, Any]
     light_samples: tuple[int, ...] = ()
+    limits: tuple[str, ...] = ()
 
     @property
     def pooled_error(self) -> float:
@@ -178,9 +187,10 @@ def render_reference(
     max_samples : int
         Per pixel and light.
     timeout : float
-        Seconds.
+        Seconds. What would take longer is planned smaller, and what is done by then is the reference: a noisier one,
+        which says so.
     passes : int
-        Fewest passes of a light with noise.
+        Fewest passes of a light with noise, if there is time.
     running : Backend, optional
         Instead of the one found.
     normalise : bool
@@ -205,9 +215,14 @@ def render_reference(
             "target": target_relative_se,
             "passes": passes,
             "max_samples": max_samples,
+            "seconds": TIME * timeout,
         }
         arrays, told = ask(job, folder, running, timeout, progress)
     _check(arrays, scene)
+    tie, said = tied(scene)
+    slipped = arrays["holes"] > 0
+    arrays["holes"] = (slipped | tie).astype(np.float64)
+    limits = [*description.limits, *said]
     return Reference(
         **{k: arrays[k] for k in SHAPES},
         pass_means=arrays["pass_means"],
@@ -217,7 +232,8 @@ def render_reference(
         version=str(told["version"]),
         variant=str(told["variant"]),
         llvm=None if told.get("llvm") is None else str(told["llvm"]),
-        notes=(running.sentence, *description.notes, *_said_of(arrays["holes"])),
+        notes=(running.sentence, *limits, *description.notes, *_said_of(slipped, tie), *_hurried(arrays, timeout)),
+        limits=tuple(limits),
         seconds={**told["seconds"], "whole": time.perf_counter() - started},
         light_samples=tuple(int(count) for count in arrays["light_samples"]),
     )
@@ -227,9 +243,16 @@ SHAPES = {"mean": 3, "standard_error": 3, "pixel_standard_error": 0, "emitter": 
 """Channels of each image, 0 for a plane."""
 
 
-def _said_of(holes: Floats) -> list[str]:
-    count = int(holes.sum())
-    return [f"{count} pixels are not judged: Mitsuba's ray passes between two triangles of a surface"] if count else []
+def _said_of(slipped: Bools, tie: Bools) -> list[str]:
+    causes = (slipped, "Mitsuba's ray passes between two triangles of a surface"), (tie, "two surfaces are seen there")
+    return [f"{mask.sum()} pixels are not judged: {why}" for mask, why in causes if mask.any()]
+
+
+def _hurried(arrays: dict[str, Floats], timeout: float) -> list[str]:
+    share = float(arrays["share"])
+    if share >= 1:
+        return []
+    return [f"{timeout:g} s (--timeout) allowed for {share:.0%} of the passes planned: the reference is noisier"]
 
 
 def _check(arrays: dict[str, Floats], scene: Scene) -> None:
@@ -240,5 +263,5 @@ def _check(arrays: dict[str, Floats], scene: Scene) -> None:
             raise ReferenceUnavailable(f"Mitsuba's process gave no {name} of shape {shape}")
         if not np.isfinite(arrays[name]).all():
             raise ReferenceUnavailable(f"Mitsuba's {name} is not finite everywhere")
-    if not {"pass_means", "samples", "passes", "light_samples"} <= arrays.keys():
+    if not {"pass_means", "samples", "passes", "light_samples", "share"} <= arrays.keys():
         raise ReferenceUnavailable("Mitsuba's process did not say how it sampled")

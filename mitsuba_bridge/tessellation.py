@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats, frame
 
 RINGS = 192
 
@@ -44,3 +44,52 @@ def tessellate(axes: Floats) -> tuple[Floats, Floats, NDArray[Any], float]:
     normals = np.linalg.inv(axes).T @ vertices
     normals /= np.linalg.norm(normals, axis=0)
     return np.asarray(axes) @ (vertices * (1 + inside / 2)), normals, triangles, inside / 2
+
+
+def tessellate_about(axes: Floats, foot: Floats, finest: float) -> tuple[Floats, Floats, NDArray[Any], float]:
+    """The same with triangles the smaller the nearer they are to one place: for what is seen from close by.
+
+    Rings about the place, each wider than the last by a step of its own meridians, up to the other side.
+
+    Parameters
+    ----------
+    axes : (3, 3) float64
+        Columns are the semi-axes.
+    foot : (3, 1) float64
+        The place, on the unit sphere.
+    finest : float
+        Angle on the unit sphere of the innermost ring.
+
+    Returns
+    -------
+    vertices : (3, v) float64
+        From the foot: what is near it keeps its digits.
+    normals, triangles
+        As in `tessellate`.
+    error : float
+        Largest distance of a triangle from the surface over its distance from the foot.
+    """
+    step = 2 * math.pi / RINGS
+    widest = 0.9 * math.pi
+    theta = np.geomspace(finest, widest, max(2, math.ceil(math.log(widest / finest) / step)))
+    theta = np.concatenate((theta, np.arange(widest + step, math.pi, step)))
+    phi = step * np.arange(RINGS)
+    e, f = frame(foot)
+    around = e[:, :, None] * np.cos(phi) + f[:, :, None] * np.sin(phi)
+    sine, drop = np.sin(theta)[None, :, None], (2 * np.sin(theta / 2) ** 2)[None, :, None]
+    ring = (around * sine - foot[:, :, None] * drop).reshape(3, -1)
+    from_foot = np.hstack((ring, np.zeros((3, 1)), -2 * foot))
+    m, last = phi.size, theta.size - 1
+    k = np.arange(m)
+    n = (k + 1) % m
+    middle, far = np.full(m, ring.shape[1]), np.full(m, ring.shape[1] + 1)
+    r = np.arange(last)[:, None] * m
+    faces = [np.stack((middle, k, n)), np.stack((far, last * m + n, last * m + k))]
+    faces += [np.stack([v.ravel() for v in (r + k, r + m + k, r + m + n)])]
+    faces += [np.stack([v.ravel() for v in (r + k, r + m + n, r + n)])]
+    triangles = np.hstack(faces)
+    if np.linalg.det(axes) < 0:
+        triangles = triangles[::-1]
+    normals = np.linalg.inv(axes).T @ (from_foot + foot)
+    normals /= np.linalg.norm(normals, axis=0)
+    return np.asarray(axes) @ from_foot, normals, triangles, step**2 / 2

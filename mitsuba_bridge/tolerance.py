@@ -5,8 +5,7 @@ from __future__ import annotations
 from nusselt.renderer.ambiguous_pixels import Tolerance
 from nusselt.renderer.scene import Scene
 
-from .description import extent
-from .lights import SIZE
+from .placement import SIZE, place
 
 ANGLE = 2e-6
 """Radians: sensor rays were found within 5.7e-7 of the formula, hit points within 1e-6 of the scene's size."""
@@ -18,5 +17,8 @@ SLIDE = 2e-6
 
 def ray_tolerance(scene: Scene) -> Tolerance:
     """Pixels this close to an edge may fall to either side of it in Mitsuba."""
-    _, half = extent(scene)
+    placement = place(scene)
+    if placement.wide:
+        return Tolerance(ANGLE, LIFT, SLIDE, unit=placement.near, centre=placement.centre)
+    half = placement.half
     return Tolerance(angle=ANGLE, lift=LIFT * (1 + SIZE) / SIZE * half, slide=SLIDE * half)

@@ -15,7 +15,8 @@ from .lights.sampling import random_beams
 from .needs import Needs, Source
 from .scene import Scene
 from .shading import ShadingPoints
-from .vectors import Floats, dot, frame
+from .validation import Vec3
+from .vectors import Floats, column, dot, frame
 
 
 @dataclass(frozen=True)
@@ -28,11 +29,22 @@ class Tolerance:
         Of primary rays, radians.
     lift, slide : float
         Of the origins of shadow rays along the normal and along the surface, scene units.
+    unit : float
+    centre : Vec3, optional
+        With a centre, lift and slide grow with the place: they are times unit + max|p - centre|.
     """
 
     angle: float
     lift: float
     slide: float
+    unit: float = 1.0
+    centre: Vec3 | None = None
+
+    def growth(self, points: Floats) -> Floats | float:
+        """What lift and slide are to be multiplied by at points (3, n)."""
+        if self.centre is None:
+            return 1.0
+        return self.unit + np.abs(points - column(self.centre)).max(axis=0, initial=0.0)
 
 
 def near_edges(
@@ -68,10 +80,10 @@ def _shadow_changes(source: Source, points: ShadingPoints, tolerance: Tolerance)
         d, _ = random_beams(source.light, position, np.random.default_rng(0), 1, False)
         return source.blockers.visible(position, points.ellipsoid, d, source.light.at_infinity, points.normal)[:, 0]
 
-    here = seen(points.position)
-    lifted = points.position + tolerance.lift * points.normal
+    here, growth = seen(points.position), tolerance.growth(points.position)
+    lifted = points.position + growth * tolerance.lift * points.normal
     changed = seen(lifted) != here
     for tangent in frame(points.normal):
-        for slide in (tolerance.slide * tangent, -tolerance.slide * tangent):
+        for slide in (growth * tolerance.slide * tangent, -growth * tolerance.slide * tangent):
             changed |= (seen(lifted + slide) != here) | (seen(points.position + slide) != here)
     return changed

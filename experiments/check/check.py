@@ -27,6 +27,7 @@ from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.visibility.ray_offset import RayOffset
 
+from .excuse import reconsidered
 from .expectations import Offsets, appearance, expectations_of, with_grains
 from .question import PixelRule, Question, ShadowOrigin
 from .rows import head_of, row_of, row_without
@@ -38,6 +39,7 @@ PILOT, PILOT_SHARED = 2, 8
 FEWEST, FEWEST_SHARED = 4, 32
 """Passes of the pilot, and at least; more where pixels share their light points: only whole passes count there."""
 MAX_PASSES = 4096
+DARK = 3.0
 MAX_SAMPLES = 1 << 16
 """Mitsuba's samples per pixel and light, at most."""
 
@@ -121,6 +123,8 @@ def our_image(
         piloting, fewest = (PILOT_SHARED, FEWEST_SHARED) if estimator.shares_points else (PILOT, FEWEST)
         pilot = render(scene, estimator, seed=pilot_seed, passes=piloting, executor=executor)
         passes = _passes(pilot, question.margin / ROOM / math.sqrt(2), fewest)
+        each = (time.perf_counter() - started) / piloting
+        passes = max(fewest, min(passes, int(question.timeout / each)))
     piloted = time.perf_counter()
     image = render(
         scene,
@@ -141,7 +145,10 @@ def _passes(pilot: Image, target: float, fewest: int) -> int:
     mean = float(np.abs(pilot.mean).mean(axis=0)[shaded].mean()) if shaded.any() else 0.0
     if mean == 0:
         return PILOT
-    one = math.sqrt(float(pilot.pixel_variance[shaded].sum()) * pilot.clumping) / shaded.sum() / mean
+    noise = math.sqrt(float(pilot.pixel_variance[shaded].sum()) * pilot.clumping) / shaded.sum()
+    if abs(float(pilot.mean.mean(axis=0)[shaded].mean())) < DARK * noise:
+        return fewest  # black, as far as its noise tells: no number of passes brings that below a share of nothing
+    one = noise / mean
     return min(max(fewest, math.ceil((one / target) ** 2)), MAX_PASSES)
 
 
@@ -180,7 +187,9 @@ def check(
     expectations = expectations_of(scene, estimator, first, question.timeout, executor, references.offsets)
     expectations = with_grains(expectations, scene, estimator, passes, reference)
     seconds = seconds | {"expectations": time.perf_counter() - started}
-    verdict = judge(
-        ours, reference, passes=passes, margin=question.margin, level=question.level, expectations=expectations
+    known: dict[str, Any] = {"passes": passes, "margin": question.margin, "level": question.level}
+    verdict = judge(ours, reference, **known, expectations=expectations)
+    verdict = reconsidered(
+        verdict, scene, ours, reference, **known, expectations=expectations, seed=first, executor=executor
     )
     return Answer(row_of(head, verdict, reference, seconds), ours, reference, verdict)

@@ -88,7 +88,8 @@ def shadow_offset(scene: Scene, seed: int, executor: Executor | None = None) -> 
     rule = offset_of(scene)
     if rule is None:
         return None
-    side = math.isqrt(max(1, min(64, (1 << 24) // (scene.width * scene.height * 4)))) or 1
+    rays = scene.width * scene.height * max(len(scene.lights), 1)
+    side = math.isqrt(max(1, min(64, (1 << 24) // (rays * 4))))
     estimator = Area(samples=side * side, stratified=True)
     plain = render(scene, estimator, seed=seed, executor=executor)
     moved = render(scene, estimator, seed=seed, executor=executor, offset=rule)

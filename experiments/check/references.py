@@ -32,13 +32,13 @@ from .expectations import appearance
 from .question import Question
 
 KIND = "nusselt reference"
-FORMAT = 2
+FORMAT = 3
 RULE = "direct lighting, emission on one side of -(ab x ac), radiance at "
 """With the pixel rule: what the numbers are."""
 LIMIT = 1 << 16
 """Bytes the head may have."""
 WRITTEN = "a file written by `nusselt reference`"
-TOLD = ("samples", "passes", "renderer", "version", "variant", "llvm", "notes", "seconds")
+TOLD = ("samples", "passes", "renderer", "version", "variant", "llvm", "notes", "seconds", "limits")
 
 
 def rule_of(scene: Scene) -> str:

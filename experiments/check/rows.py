@@ -36,7 +36,8 @@ def as_claimed(claim: Claim, verdict: str, broken: bool) -> bool | None:
 def reference_entry(reference: Reference, standard_error: float, notes: Sequence[str]) -> dict[str, Any]:
     """What a row says of its reference; ``standard_error`` of its pooled mean, relative."""
     told = {name: getattr(reference, name) for name in ("renderer", "version", "variant", "llvm", "samples", "passes")}
-    return told | {"standard_error_relative": standard_error, "notes": list(notes)}
+    told |= {"standard_error_relative": standard_error, "notes": list(notes)}
+    return told | {"limits": list(reference.limits)} if reference.limits else told
 
 
 def head_of(

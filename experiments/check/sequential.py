@@ -24,6 +24,7 @@ from nusselt.renderer.image import Image, render
 from nusselt.renderer.scene import Scene
 
 from .check import MAX_SAMPLES, Answer, Progress, offset_asked, our_image, reference_target, seeds
+from .excuse import reconsidered
 from .expectations import appearance, expectations_of, with_grains
 from .question import Question
 from .rows import head_of, row_of, row_without
@@ -163,8 +164,11 @@ def _look(sides: Sides, question: Question, expectations: Expectations, look: in
     ours, reference = combine_images(sides.ours), combine_references(sides.references)
     level = question.level.at_time(time_of(look))
     expectations = with_grains(expectations, sides.scene, sides.estimator, sides.passes, reference)
-    verdict = judge(
-        ours, reference, passes=sides.passes, margin=question.margin, level=level, expectations=expectations
+    known: dict[str, Any] = {"passes": sides.passes, "margin": question.margin, "level": level}
+    verdict = judge(ours, reference, **known, expectations=expectations)
+    seed = seeds(question.seed, sides.scene.name)[0]
+    verdict = reconsidered(
+        verdict, sides.scene, ours, reference, **known, expectations=expectations, seed=seed, executor=sides.executor
     )
     head = head_of(sides.scene, sides.estimator, ours, sides.passes, question.margin, question.seed, command)
     seconds = sides.seconds | {"mitsuba": reference.seconds}

@@ -108,6 +108,7 @@ REFERENCE = (
     Entry("passes", COUNT, "independent ones"),
     Entry("standard_error_relative", NUMBER, "of its mean over shaded pixels", "relative"),
     Entry("notes", TEXTS, "what is approximate about it"),
+    Entry("limits", TEXTS, "why it may be wrong itself, so that a finding that this explains is not to be trusted"),
 )
 
 CHECKED = (

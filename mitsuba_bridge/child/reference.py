@@ -7,6 +7,7 @@ take one sample: they have no noise.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ import numpy as np
 
 from . import passes, scalar_passes
 from .passes import Array
-from .sample_plan import SIZES, OnePass, Plan, pilot, plan, unseen
+from .sample_plan import PILOT, SIZES, OnePass, Plan, pilot, plan, unseen
 from .scene_dict import scene_dict
 
 tracing: Any = scalar_passes if str(mi.variant()).startswith("scalar") else passes
@@ -31,10 +32,11 @@ def _stream(seed: int, light: int, stage: int, number: int) -> int:
 
 def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Array]:
     """All arrays of a reference; see `Reference` for their meaning."""
+    deadline = time.monotonic() + job["seconds"]
     description, seed = job["description"], job["seed"]
     width, height = description["camera"]["width"], description["camera"]["height"]
     # Unoptimised: loading merges meshes of one material, and their names with them.
-    dark = mi.load_dict(scene_dict(description, folder, None), optimize=False)
+    dark = mi.load_dict(scene_dict(description, folder, ()), optimize=False)
     camera = tracing.Camera(dark, width, height, description["boxed"])
     every = np.arange(width * height)
     rays = tracing.BOX_SAMPLES if description["boxed"] else 1
@@ -43,37 +45,31 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
     holes = np.zeros(every.size) if description["boxed"] else tracing.holes(dark, camera, every)
     shaded = np.flatnonzero((emitter < 1) & (background < 1))
     lights = np.flatnonzero(emitter == 1)  # without noise: one sample each
-    sources: list[Any] = [_Lit(job, folder, camera, number, shaded) for number in range(len(description["lights"]))]
+    groups = _groups(description["lights"], description["boxed"])
+    loaded = _Loaded(description, folder)
+    sources: list[Any] = [_Lit(loaded, camera, n, group, shaded, seed) for n, group in enumerate(groups)]
     mean, variance = np.zeros((3, width * height)), np.zeros((3, width * height))
     pixel_variance = np.zeros(width * height)
-    for light in sources:
-        mean[:, lights] += tracing.one_pass(light.scene, camera, lights, 1, _stream(seed, light.number, 3, 0))
+    if lights.size:
+        for light in sources:
+            mean[:, lights] += tracing.one_pass(light.scene, camera, lights, 1, _stream(seed, light.number, 3, 0))
     # An ordinary surface's emission is seen, and lights nothing: what the camera hits, added.
     if description["boxed"] and any(max(colour) > 0 for colour in emission.values()):
         sources.append(_Glow(dark, camera, len(sources), shaded, seed, emission))
     else:
         mean += glow
-    plans = _plans(sources, job, shaded.size)
-    total, done = sum(p.passes for p in plans), 0
+    asked = _plans(sources, job, shaded.size, deadline)
+    plans = _within(asked, sources, deadline - time.monotonic())
     judged = (emitter == 0) & (background == 0) & (holes == 0)
-    pass_means = np.zeros(job["passes"] if any(p.passes > 2 for p in plans) else 1)
+    moments, values = _all_passes(sources, plans, shaded.size, judged[shaded], deadline, progress)
+    done = [found.count for found in moments]
+    pass_means = _pass_means(values, job["passes"])
     if judged.any():
         pass_means += mean[:, judged].mean()
-    for source, plan_ in zip(sources, plans, strict=True):
-        groups: list[list[float]] = [[] for _ in range(pass_means.size)]
-        moments = _Moments(shaded.size)
-        for number in range(plan_.passes):
-            image = source.run(plan_.samples, number, stage=2)
-            moments.add(image)
-            value = image.mean(axis=0)[judged[shaded]]
-            groups[number % pass_means.size].append(float(value.mean()) if value.size else 0.0)
-            done += 1
-            progress(done, total)
-        mean[:, shaded] += moments.mean
-        variance[:, shaded] += moments.variance / plan_.passes
-        pixel_variance[shaded] += moments.pixel_variance / plan_.passes
-        everything = [value for group in groups for value in group]
-        pass_means += [np.mean(group) if group else np.mean(everything) for group in groups]
+    for found in moments:
+        mean[:, shaded] += found.mean
+        variance[:, shaded] += found.variance / found.count
+        pixel_variance[shaded] += found.pixel_variance / found.count
     square = (3, height, width)
     return {
         "mean": mean.reshape(square),
@@ -83,22 +79,110 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
         "background": background.reshape(height, width),
         "holes": holes.reshape(height, width),
         "pass_means": pass_means,
-        "samples": np.array(max((p.samples * p.passes for p in plans), default=1)),
-        "passes": np.array(max((p.passes for p in plans), default=1)),
-        "light_samples": np.array([p.samples * p.passes for p in plans[: len(description["lights"])]], dtype=float),
+        "samples": np.array(max((p.samples * n for p, n in zip(plans, done, strict=True)), default=1)),
+        "passes": np.array(max(done, default=1)),
+        "light_samples": _light_samples(groups, plans, done),
+        "share": np.array(sum(done) / sum(p.passes for p in asked) if asked else 1.0),
     }
 
 
-class _Lit:
-    """The scene with one light on."""
+def _light_samples(groups: list[tuple[int, ...]], plans: list[Plan], done: list[int]) -> Array:
+    """Samples a pixel of each light; lights that share a scene share its samples."""
+    found = np.ones(sum(map(len, groups)))
+    for group, plan_, passes in zip(groups, plans, done, strict=False):  # what glows is no light
+        found[list(group)] = max(plan_.samples * passes // len(group), 1)
+    return found
 
-    def __init__(self, job: dict[str, Any], folder: Path, camera: Any, number: int, shaded: Array) -> None:
-        description = job["description"]
-        self.scene = mi.load_dict(scene_dict(description, folder, number))
-        self.camera, self.number, self.shaded, self.seed = camera, number, shaded, job["seed"]
-        light = description["lights"][number]
-        self.random = description["boxed"] or max(light.get("radiance", [0.0])) > 0
+
+TURNS = 4
+
+
+def _all_passes(
+    sources: list[Any], plans: list[Plan], pixels: int, judged: Array, deadline: float, progress: Progress
+) -> tuple[list[_Moments], list[list[float]]]:
+    """All passes of all sources, and the mean over judged pixels of each: what the time allows, two at least.
+
+    The sources take turns, a quarter of their passes each, so that all are done in some measure when the time is up.
+    """
+    moments, values = [_Moments(pixels) for _ in plans], [list[float]() for _ in plans]
+    turns = sorted(
+        (TURNS * number // plan_.passes, index, number)
+        for index, plan_ in enumerate(plans)
+        for number in range(plan_.passes)
+    )
+    for done, (_, index, number) in enumerate(turns):
+        if number >= 2 and time.monotonic() > deadline:
+            continue
+        image = sources[index].run(plans[index].samples, number, stage=2)
+        moments[index].add(image)
+        value = image.mean(axis=0)[judged]
+        values[index].append(float(value.mean()) if value.size else 0.0)
+        progress(done + 1, len(turns))
+    return moments, values
+
+
+def _pass_means(values: list[list[float]], passes: int) -> Array:
+    """The sources' passes added up to ``passes`` passes, or as many as each random source has."""
+    count = min((len(some) for some in values if len(some) > 2), default=1)
+    found = np.zeros(min(count, passes))
+    for some in values:
+        groups = [some[k :: found.size] for k in range(found.size)]
+        found += [np.mean(group) if group else np.mean(some) for group in groups]
+    return found
+
+
+MOST_SCENES = 12
+"""Lights that are lit one by one. With more, those with an extent share so many scenes: Mitsuba picks one of a scene's
+lights a sample, by a stratified number, which costs less than the many scenes would."""
+
+
+def _groups(lights: list[dict[str, Any]], boxed: bool) -> list[tuple[int, ...]]:
+    """The numbers of the lights of each scene. Those without extent have no noise, and stay alone."""
+    wide = [number for number, light in enumerate(lights) if boxed or "radiance" in light]
+    if len(wide) <= MOST_SCENES:
+        return [(number,) for number in range(len(lights))]
+    alone = [(number,) for number in range(len(lights)) if number not in set(wide)]
+    return [*(tuple(wide[k::MOST_SCENES]) for k in range(MOST_SCENES)), *alone]
+
+
+class _Loaded:
+    """The scene that was last asked for, and no other.
+
+    Dr.Jit numbers all shapes and emitters there are, and compiles the numbers into its kernels: scenes that are there
+    one at a time share the first one's. Loading takes 5 ms, compiling 0.4 s.
+    """
+
+    def __init__(self, description: dict[str, Any], folder: Path) -> None:
+        self.description, self.folder = description, folder
+        self.lit: tuple[int, ...] | None = None
+        self.scene: Any = None
+
+    def lighting(self, lit: tuple[int, ...]) -> Any:
+        """The scene with these lights on."""
+        if lit != self.lit:
+            self.scene, self.lit = None, lit  # gone before the next is there
+            self.scene = mi.load_dict(scene_dict(self.description, self.folder, lit))
+        return self.scene
+
+
+class _Lit:
+    """The scene with a light on, or some."""
+
+    def __init__(
+        self, loaded: _Loaded, camera: Any, number: int, lit: tuple[int, ...], shaded: Array, seed: int
+    ) -> None:
+        self.loaded, self.lit = loaded, lit
+        self.camera, self.number, self.shaded, self.seed = camera, number, shaded, seed
+        lights = [loaded.description["lights"][each] for each in lit]
+        boxed = loaded.description["boxed"]
+        self.random = boxed or any(max(light.get("radiance", [0.0])) > 0 for light in lights)
         """Whether samples can differ. A pilot alone cannot tell: it may miss a slit that the light comes through."""
+        self.seconds: dict[int, float] = {}
+        """The shortest time of a pass, by its samples."""
+
+    @property
+    def scene(self) -> Any:
+        return self.loaded.lighting(self.lit)
 
     def run(self, samples: int, number: int, stage: int) -> Array:
         seed = _stream(self.seed, self.number, stage, number)
@@ -115,6 +199,7 @@ class _Glow:
     ) -> None:
         self.scene, self.camera, self.number, self.shaded = scene, camera, number, shaded
         self.seed, self.emission = seed, emission
+        self.seconds: dict[int, float] = {}
 
     def run(self, samples: int, number: int, stage: int) -> Array:
         seed = _stream(self.seed, self.number, stage, number)
@@ -123,8 +208,22 @@ class _Glow:
 
 
 def _staged(source: Any, stage: int) -> OnePass:
-    """Passes with the random numbers of one stage (pilots share none with what is kept)."""
-    return lambda samples, number: source.run(samples, number, stage)
+    """Passes with the random numbers of one stage (pilots share none with what is kept), and their time."""
+
+    def one_pass(samples: int, number: int) -> Array:
+        started = time.monotonic()
+        image = source.run(samples, number, stage)
+        now = time.monotonic() - started
+        source.seconds[samples] = min(now, source.seconds.get(samples, now))  # the first compiles
+        return np.asarray(image)
+
+    return one_pass
+
+
+def _forecast(source: Any, samples: int) -> float:
+    """Seconds of a pass, from the largest that was timed."""
+    known = max((size for size in source.seconds if size <= samples), default=0)
+    return source.seconds[known] * samples / known if known else 0.0
 
 
 class _Moments:
@@ -158,16 +257,38 @@ class _Moments:
         return np.maximum(self.pixel_square - mean**2 / self.count, 0) / max(self.count - 1, 1)
 
 
-def _plans(sources: list[Any], job: dict[str, Any], pixels: int) -> list[Plan]:
-    """Each noisy source gets an equal share of the variance the pooled mean may have."""
+def _plans(sources: list[Any], job: dict[str, Any], pixels: int, deadline: float) -> list[Plan]:
+    """Each noisy source gets an equal share of the variance the pooled mean may have, and of the time."""
     if pixels == 0:
         return [Plan(1, 1) for _ in sources]
     pilots = [pilot(_staged(source, 1), SIZES[0]) for source in sources]
-    noisy = sum(p.variance > 0 for p in pilots)
-    allowed = (job["target"] * sum(p.mean for p in pilots)) ** 2 / max(noisy, 1)
+    noisy = max(sum(p.variance > 0 for p in pilots), 1)
+    allowed = (job["target"] * sum(p.mean for p in pilots)) ** 2 / noisy
+    seconds = (deadline - time.monotonic()) / noisy
     return [
-        plan(_staged(source, 4), first, allowed, job["passes"], job["max_samples"])
+        plan(
+            _staged(source, 4),
+            first,
+            allowed,
+            job["passes"],
+            job["max_samples"],
+            lambda samples, source=source: _forecast(source, samples) * (job["passes"] + PILOT) < seconds,
+        )
         if first.variance > 0 or not source.random
         else unseen(pixels, job["passes"], job["max_samples"])
         for source, first in zip(sources, pilots, strict=True)
     ]
+
+
+def _within(plans: list[Plan], sources: list[Any], seconds: float) -> list[Plan]:
+    """The plans, or fewer passes where they would take longer than there is time."""
+
+    def forecast() -> float:
+        return sum(_forecast(source, p.samples) * p.passes for source, p in zip(sources, plans, strict=True))
+
+    if forecast() <= seconds:
+        return plans
+    for source, p in zip(sources, plans, strict=True):  # from small passes it is too long: they take their time too
+        if p.samples not in source.seconds:
+            _staged(source, 5)(p.samples, 0)
+    return [p.within(seconds / forecast()) for p in plans]

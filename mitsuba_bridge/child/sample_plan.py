@@ -38,6 +38,10 @@ class Plan:
     samples: int
     passes: int
 
+    def within(self, share: float) -> Plan:
+        """A plan that takes this share of the time, where that is below 1; two passes at least."""
+        return self if share >= 1 else Plan(self.samples, min(self.passes, max(2, int(self.passes * share))))
+
 
 def pilot(one_pass: OnePass, samples: int) -> Pilot:
     """A pilot of one light; its variance is summed pixel by pixel, which has many degrees of freedom."""
@@ -46,7 +50,14 @@ def pilot(one_pass: OnePass, samples: int) -> Pilot:
     return Pilot(samples, float(pixels.mean()) if pixels.size else 0.0, variance)
 
 
-def plan(one_pass: OnePass, first: Pilot, allowed: float, passes: int, max_samples: int) -> Plan:
+def plan(
+    one_pass: OnePass,
+    first: Pilot,
+    allowed: float,
+    passes: int,
+    max_samples: int,
+    affordable: Callable[[int], bool] = lambda samples: True,
+) -> Plan:
     """Enlarge the passes of one light until ``passes`` of them reach a variance; only then make more rounds.
 
     Larger passes come first because multijitter's noise falls faster than one over the samples.
@@ -61,6 +72,8 @@ def plan(one_pass: OnePass, first: Pilot, allowed: float, passes: int, max_sampl
         Fewest passes of a light with noise.
     max_samples : int
         Per pixel, in all passes together.
+    affordable : callable
+        Whether there is time for ``passes`` passes of so many samples: larger ones are not tried.
     """
     found = first
     if found.variance == 0:
@@ -68,6 +81,8 @@ def plan(one_pass: OnePass, first: Pilot, allowed: float, passes: int, max_sampl
     for samples in SIZES:
         if samples <= found.samples or found.variance <= allowed * passes or samples * passes > max_samples:
             continue
+        if not affordable(samples):
+            break
         found = pilot(one_pass, samples)
     rounds = math.ceil(found.variance / allowed / passes) if allowed > 0 else 1
     most = max(1, max_samples // (found.samples * passes))

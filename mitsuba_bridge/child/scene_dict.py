@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Container
 from pathlib import Path
 from typing import Any
 
@@ -63,12 +65,12 @@ def sensor_dict(camera: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-EVERY = -1
+EVERY = range(sys.maxsize)
 """All lights on."""
 
 
-def scene_dict(description: dict[str, Any], folder: Path, lit: int | None, robust: bool = True) -> dict[str, Any]:
-    """The scene with light number ``lit`` alone switched on, or EVERY; None: no light at all.
+def scene_dict(description: dict[str, Any], folder: Path, lit: Container[int], robust: bool = True) -> dict[str, Any]:
+    """The scene with some lights switched on, by their numbers.
 
     Parameters
     ----------
@@ -86,7 +88,7 @@ def scene_dict(description: dict[str, Any], folder: Path, lit: int | None, robus
             entry |= {"center": shape["center"], "radius": shape["radius"]}
         found[f"shape{number}"] = entry
     for number, light in enumerate(description["lights"]):
-        body = light_dict(light, lit in (number, EVERY))
+        body = light_dict(light, number in lit)
         if body is not None:
             found[f"light{number}"] = body
     return found

@@ -62,7 +62,7 @@ def proof(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Ar
 def camera_rays(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Array]:
     """Origins and directions (3, n) of the rays through the pixels' centres."""
     camera = job["description"]["camera"]
-    sensor = mi.load_dict(scene_dict(job["description"], folder, None)).sensors()[0]
+    sensor = mi.load_dict(scene_dict(job["description"], folder, ())).sensors()[0]
     x, y = (v.ravel() for v in np.meshgrid(np.arange(camera["width"]) + 0.5, np.arange(camera["height"]) + 0.5))
     place = mi.Point2f(mi.Float(x / camera["width"]), mi.Float(y / camera["height"]))
     ray, _ = sensor.sample_ray_differential(0.0, 0.5, place, mi.Point2f(0.5))

@@ -31,12 +31,12 @@ def spread(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, A
     width, height = description["camera"]["width"], description["camera"]["height"]
     if str(mi.variant()).startswith("scalar"):
         raise RuntimeError("the spread of samplers is measured in the LLVM variants only")
-    dark = mi.load_dict(scene_dict(description, folder, None, robust=False), optimize=False)
+    dark = mi.load_dict(scene_dict(description, folder, (), robust=False), optimize=False)
     camera = passes.Camera(dark, width, height, description["boxed"])
     emitter, background, _ = passes.look(dark, camera, np.arange(width * height), 1, job["seed"], {})
     shaded = np.flatnonzero((emitter == 0) & (background == 0))
     lights = range(len(description["lights"]))
-    lit = [mi.load_dict(scene_dict(description, folder, number, robust=False)) for number in lights]
+    lit = [mi.load_dict(scene_dict(description, folder, (number,), robust=False)) for number in lights]
     out: dict[str, Array] = {}
     total, done = sum(setting["passes"] for setting in job["settings"]), 0
     for index, setting in enumerate(job["settings"]):

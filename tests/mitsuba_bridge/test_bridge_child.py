@@ -141,6 +141,7 @@ def test_arrays_that_are_no_image_are_refused(monkeypatch, spoil, words):
     arrays = {name: np.zeros((3, *plane)) for name in ("mean", "standard_error")}
     arrays |= {name: np.zeros(plane) for name in ("pixel_standard_error", "emitter", "background", "holes")}
     arrays |= {"pass_means": np.zeros(32), "samples": np.array(1), "passes": np.array(32)}
+    arrays["share"] = np.array(1.0)
     spoil(arrays)
 
     def answer(arguments, *_):
@@ -154,10 +155,20 @@ def test_arrays_that_are_no_image_are_refused(monkeypatch, spoil, words):
         render_reference(made, seed=0, target_relative_se=1, max_samples=64, timeout=5, running=fake)
 
 
-def test_a_reference_that_takes_too_long_is_ended():
+def test_a_reference_that_takes_too_long_is_ended_and_names_the_option():
     made = scene(floor(), lights=(lamp(),), size=(64, 48))
-    with pytest.raises(ReferenceUnavailable, match="took more than"):
-        render_reference(made, seed=0, target_relative_se=1e-9, max_samples=1 << 24, timeout=1.0)
+    with pytest.raises(ReferenceUnavailable, match=r"took more than 0\.05 s .*--timeout"):
+        render_reference(made, seed=0, target_relative_se=1e-9, max_samples=1 << 24, timeout=0.05)
+
+
+def test_a_reference_of_hours_is_what_the_time_allows():
+    made = scene(floor(), lights=(lamp(),), size=(64, 48))
+    started = time.monotonic()
+    seen = render_reference(made, seed=0, target_relative_se=1e-9, max_samples=1 << 24, timeout=20.0)
+    assert time.monotonic() - started < 20
+    assert seen.passes >= 2
+    assert seen.pass_means.size <= seen.passes
+    assert any("--timeout" in note for note in seen.notes)
 
 
 def test_a_garbage_library_is_passed_over(tmp_path):

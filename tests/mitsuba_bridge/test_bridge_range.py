@@ -72,7 +72,7 @@ def test_what_float32_cannot_hold_is_refused_by_name():
 
 
 def notes_of(*bodies: Mesh, light, tmp_path) -> list[str]:
-    return [n for n in describe(scene(floor(2.0), *bodies, lights=(light,)), tmp_path).notes if "looks past" in n]
+    return [n for n in describe(scene(floor(2.0), *bodies, lights=(light,)), tmp_path).limits if "looks past" in n]
 
 
 @pytest.mark.parametrize("light", [lamp(2.0), PointLight((0.1, 2.0, 0.1), (1, 1, 1))], ids=["area", "point"])

@@ -6,7 +6,8 @@ from builders import box, floor, scene
 from scipy.optimize import nnls
 
 from nusselt.mitsuba_bridge.description import describe
-from nusselt.mitsuba_bridge.lights import approximations, clearance, described, strata_alike
+from nusselt.mitsuba_bridge.lights import approximations, cover, described, strata_alike
+from nusselt.mitsuba_bridge.limits import clearance
 from nusselt.mitsuba_bridge.xml import to_xml
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import ESTIMATORS, Analytic, Area, Exact
@@ -184,7 +185,7 @@ def test_the_bridge_knows_every_kind(kind, tmp_path):
     assert all(isinstance(note, str) for note in approximations(light))
     assert strata_alike(light) in (True, False)
     geometry = build_geometry(room(light))
-    assert clearance(light, geometry, np.arange(12)) > 0
+    assert clearance(light, geometry, np.arange(12))[0].min() > 0
     assert f'type="{entry["kind"]}"' in to_xml(describe(room(light), tmp_path))
 
 
@@ -197,12 +198,11 @@ class Stranger:
 def test_an_unknown_kind_is_taken_for_no_other():
     with pytest.raises(TypeError, match=r"lacks .*beams"):
         check_kind(Stranger)
-    nothing = np.empty(0, dtype=np.intp)
     for ask in (
         lambda light: described(light, np.asarray, 1.0),
         approximations,
         strata_alike,
-        lambda light: clearance(light, None, nothing),
+        cover,
     ):
         with pytest.raises(InputError, match="Stranger"):
             ask(Stranger())

@@ -1,0 +1,111 @@
+"""What a reference may itself be wrong by: before ours is said to differ, that is taken out of the difference.
+
+Mitsuba's rule for shadow rays is known, and followed: how much it changes each pixel is measured, with and without it
+and the same random numbers. Only as much of the difference, where it is and with its sign, is forgiven. What is left is
+judged again: if that is enough, the row is `undecided` and says why; if not, it differs as before.
+"""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import Executor
+from dataclasses import replace
+
+import numpy as np
+
+from nusselt.experiments.verdict.evidence import NO_EXPECTATIONS, Expectations, unjudged
+from nusselt.experiments.verdict.judge import Verdict, judge
+from nusselt.experiments.verdict.level import Level
+from nusselt.experiments.verdict.rules.noise_free import UNJUDGED
+from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.image import Image, render
+from nusselt.renderer.prepared import prepare
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats
+
+from .expectations import offset_of
+
+ROUNDS = 8
+"""Images with and without the rule: their spread is the error of the difference."""
+PATHS = 1 << 25
+SURE = 5.0
+"""Standard errors by which a pixel's explained error may be further out."""
+
+
+def rule_error(scene: Scene, seed: int, executor: Executor | None = None) -> tuple[Floats, Floats] | None:
+    """What Mitsuba's rule for shadow rays adds to each pixel, (3, h, w), and its standard error; None if not known."""
+    rule = offset_of(scene)
+    if rule is None:
+        return None
+    rays = scene.width * scene.height * max(len(scene.lights), 1)
+    side = math.isqrt(max(1, min(64, PATHS // (rays * 2 * ROUNDS))))
+    estimator = Area(samples=side * side, stratified=True)
+    steps = []
+    for state in np.random.SeedSequence(seed).generate_state(ROUNDS):
+        moved, plain = (
+            render(scene, estimator, seed=int(state), executor=executor, offset=offset).mean for offset in (rule, None)
+        )
+        steps.append(moved - plain)
+        if not prepare(scene).needs.random:
+            break
+    found = np.stack(steps)
+    if len(steps) == 1:
+        return found[0], np.zeros_like(found[0])
+    error = found.std(axis=0, ddof=1) / math.sqrt(ROUNDS)
+    return found.mean(axis=0), error
+
+
+def reconsidered(
+    verdict: Verdict,
+    scene: Scene,
+    ours: Image,
+    reference: Reference,
+    *,
+    passes: int,
+    margin: float,
+    level: Level,
+    expectations: Expectations = NO_EXPECTATIONS,
+    seed: int = 0,
+    executor: Executor | None = None,
+) -> Verdict:
+    """The verdict, or `undecided` with the cause where the reference's own limits explain what differs.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        What `judge` says, given the same.
+    seed : int
+        Of the images that measure the reference's rule.
+    """
+    if verdict.word == "undecided" and reference.limits:
+        hidden = int((unjudged(ours, reference) & ours.shaded).sum())
+        if hidden > UNJUDGED * max(int(ours.shaded.sum()), 1):
+            return replace(verdict, reason=f"{hidden} shaded pixels are not judged: {'; '.join(reference.limits)}")
+    if verdict.word != "differs" or reference.renderer != "mitsuba":
+        return verdict
+    known = rule_error(scene, seed, executor)
+    if known is None:
+        return verdict
+    added, error = known
+    low, high = -np.maximum(added, 0) - SURE * error, -np.minimum(added, 0) + SURE * error
+    difference = ours.mean - reference.mean
+    shaded = ours.shaded & (reference.emitter == 0) & (reference.background == 0)
+    left = np.where(shaded, difference - np.clip(difference, low, high), difference)
+    again = judge(
+        replace(ours, mean=reference.mean + left),
+        reference,
+        passes=passes,
+        margin=margin,
+        level=level,
+        expectations=expectations,
+    )
+    if again.word == "differs":
+        return verdict
+    size = float(np.abs(reference.mean).mean(axis=0)[shaded].mean()) or 1.0
+    share = float(added.mean(axis=0)[shaded].mean()) / size
+    causes = reference.limits or (
+        "Mitsuba up to 3.9 lifts shadow rays off the surface and ends them short of the light",
+    )
+    told = f"by Mitsuba's rule for shadow rays its own mean is {share:+.2%} off, which explains that {verdict.reason}"
+    return replace(verdict, word="undecided", reason=f"{'; '.join(causes)}: {told}", more=None)
