@@ -13,6 +13,7 @@ from nusselt.renderer.errors import InputError
 
 P = ParamSpec("P")
 R = TypeVar("R")
+ELSEWHERE = "it left out: the command line alone has it"
 
 
 def known_arguments(call: Callable[P, R]) -> Callable[P, R]:
@@ -28,7 +29,7 @@ def known_arguments(call: Callable[P, R]) -> Callable[P, R]:
             close = difflib.get_close_matches(name, known, 3, 0.5)
             like = f" ({', '.join(close)}?)" if close else f": {', '.join(known)}"
             accepted = f"an argument of nusselt.{call.__name__}{like}"
-            raise InputError(name, value, "it left out: the command line alone has it" if name in of_commands else accepted)
+            raise InputError(name, value, ELSEWHERE if name in of_commands else accepted)
         return call(*args, **said)
 
     return checked

@@ -10,10 +10,10 @@ from click.types import FloatParamType, FloatRange, IntParamType, IntRange
 from nusselt.renderer.errors import InputError
 
 
-def usage_line(error: click.UsageError) -> str:
+def usage_line(error: click.UsageError, context: click.Context | None) -> str:
     """One line: what is wrong, what is accepted, and where all is told."""
-    where = f" (see {error.ctx.command_path} --help)" if error.ctx else ""
-    return f"{_said(error)}{where}"
+    told = error.ctx or context  # an option without its value comes without
+    return f"{_said(error)} (see {told.command_path} --help)" if told else _said(error)
 
 
 def _said(error: click.UsageError) -> str:
