@@ -28,7 +28,7 @@ def _said(error: click.UsageError) -> str:
     return str(InputError(name, value.strip("'"), accepted(param.type) or f"what is {rest}"))
 
 
-def accepted(kind: click.ParamType) -> str:
+def accepted(kind: object) -> str:
     """What a kind of value accepts, as a noun phrase; empty where that is not known."""
     if isinstance(kind, click.Choice):
         return "one of " + ", ".join(map(str, kind.choices))
