@@ -18,6 +18,7 @@ from nusselt.renderer.image import Image
 from nusselt.renderer.needs import LeftOut, Needs
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.words import count
 
 
 def as_claimed(claim: Claim, verdict: str, broken: bool) -> bool | None:
@@ -87,7 +88,7 @@ def notes(scene: Scene, estimator: Estimator) -> list[str]:
 def _warnings(scene: Scene, ours: Image) -> list[str]:
     found = list(scene.warnings)
     if ours.back_faces:
-        found.append(f"{ours.back_faces} pixels show the back of a one-sided surface, which is black")
+        found.append(f"{count(ours.back_faces, 'pixel', 'shows')} the back of a one-sided surface, which is black")
     return found
 
 

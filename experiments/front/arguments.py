@@ -13,6 +13,7 @@ from nusselt.renderer.errors import InputError
 
 P = ParamSpec("P")
 R = TypeVar("R")
+ELSEWHERE = "it left out: the command line alone has it"
 
 
 def known_arguments(call: Callable[P, R]) -> Callable[P, R]:
@@ -28,9 +29,7 @@ def known_arguments(call: Callable[P, R]) -> Callable[P, R]:
             close = difflib.get_close_matches(name, known, 3, 0.5)
             like = f" ({', '.join(close)}?)" if close else f": {', '.join(known)}"
             accepted = f"an argument of nusselt.{call.__name__}{like}"
-            if name in of_commands:
-                accepted = "it left out: the command line alone has it"
-            raise InputError(name, value, accepted)
+            raise InputError(name, value, ELSEWHERE if name in of_commands else accepted)
         return call(*args, **said)
 
     return checked

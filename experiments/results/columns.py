@@ -54,7 +54,7 @@ COLUMNS = (
     Column("scene", "", _entry("scene")),
     Column("estimator", "With its samples per light", method),
     Column("verdict", "", _entry("verdict")),
-    Column("bias", "Mean of ours − reference over shaded pixels, relative", _entry("bias_relative"), 3, True),
+    Column("bias", "Mean of the image − reference over shaded pixels, relative", _entry("bias_relative"), 3, True),
     Column(
         "its interval",
         "The bias’s interval; the shaded band is the margin declared not to matter",
@@ -68,5 +68,5 @@ COLUMNS = (
         _entry("minimum_detectable_bias"),
         3,
     ),
-    Column("RMS", "RMS of one image of ours against the reference, relative", _entry("rms_relative"), 2),
+    Column("RMS", "RMS of one image against the reference, relative", _entry("rms_relative"), 2),
 )

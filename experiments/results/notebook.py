@@ -16,7 +16,7 @@ from nusselt.renderer.image import Image
 
 from .columns import COLUMNS
 from .pictures import RANGE, colour_difference
-from .rows import method
+from .rows import method, whose
 from .schema import Row
 from .summary import headline
 
@@ -43,7 +43,7 @@ def _picture(levels: np.ndarray[Any, Any], words: str) -> Markup:
 
 def answer_html(row: Row, ours: Image, reference: Reference | None) -> str:
     """A row's verdict and reason over ours, the reference and their difference in standard errors."""
-    shown = [_picture(to_levels(ours.first).transpose(1, 2, 0), "ours, one pass")]
+    shown = [_picture(to_levels(ours.first).transpose(1, 2, 0), f"{whose(row)}, one image")]
     if reference is not None:
         z = standard_errors(ours, reference, row["passes"])
         shown.append(_picture(to_levels(reference.mean).transpose(1, 2, 0), "reference"))

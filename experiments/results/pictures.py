@@ -50,10 +50,12 @@ def write_sides(
         found |= {"reference.png": reference, "reference.exr": reference}
     for file, radiance in found.items():
         write_image(folder / file, radiance)
-    differences = () if z is None else ("difference.exr", "difference.png")
-    for file in differences:
-        write_difference(folder / file, z)
-    return {file.replace(".", "_"): f"{folder.name}/{file}" for file in (*found, *differences)}
+    names = list(found)
+    if z is not None:
+        for file in ("difference.exr", "difference.png"):
+            write_difference(folder / file, z)
+            names.append(file)
+    return {file.replace(".", "_"): f"{folder.name}/{file}" for file in names}
 
 
 def write_pictures(row: Row, ours: Image, reference: Reference | None, folder: Path) -> dict[str, str]:

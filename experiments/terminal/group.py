@@ -41,7 +41,7 @@ def _one_line(command: click.Command, context: click.Context | None = None) -> I
     except click.exceptions.NoArgsIsHelpError:
         raise  # nothing is wrong: it shows what there is
     except click.UsageError as error:
-        stop(usage_line(error), EXIT["bad input"])
+        stop(usage_line(error, context), EXIT["bad input"])
     except WorkerLost as error:
         stop(str(error), EXIT["not as claimed"])
     except KeyboardInterrupt:

@@ -10,7 +10,7 @@ import click
 from nusselt.experiments.files import check_place
 
 
-class Place(click.ParamType):
+class Place(click.Path):
     """A file, or a folder, that a command is going to write.
 
     Parameters
@@ -21,9 +21,8 @@ class Place(click.ParamType):
         Whether "-", standard output, may stand in its place; the value is a text then, else a path.
     """
 
-    name = "path"
-
     def __init__(self, folder: bool = False, dash: bool = False) -> None:
+        super().__init__()
         self.folder, self.dash = folder, dash
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:

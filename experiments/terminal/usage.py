@@ -10,10 +10,10 @@ from click.types import FloatParamType, FloatRange, IntParamType, IntRange
 from nusselt.renderer.errors import InputError
 
 
-def usage_line(error: click.UsageError) -> str:
+def usage_line(error: click.UsageError, context: click.Context | None) -> str:
     """One line: what is wrong, what is accepted, and where all is told."""
-    where = f" (see {error.ctx.command_path} --help)" if error.ctx else ""
-    return f"{_said(error)}{where}"
+    told = error.ctx or context  # an option without its value comes without
+    return f"{_said(error)} (see {told.command_path} --help)" if told else _said(error)
 
 
 def _said(error: click.UsageError) -> str:
@@ -28,7 +28,7 @@ def _said(error: click.UsageError) -> str:
     return str(InputError(name, value.strip("'"), accepted(param.type) or f"what is {rest}"))
 
 
-def accepted(kind: click.ParamType) -> str:
+def accepted(kind: object) -> str:
     """What a kind of value accepts, as a noun phrase; empty where that is not known."""
     if isinstance(kind, click.Choice):
         return "one of " + ", ".join(map(str, kind.choices))

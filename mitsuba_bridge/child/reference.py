@@ -89,8 +89,8 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
 def _light_samples(groups: list[tuple[int, ...]], plans: list[Plan], done: list[int]) -> Array:
     """Samples a pixel of each light; lights that share a scene share its samples."""
     found = np.ones(sum(map(len, groups)))
-    for group, plan_, passes in zip(groups, plans, done, strict=False):  # what glows is no light
-        found[list(group)] = max(plan_.samples * passes // len(group), 1)
+    for group, plan_, count in zip(groups, plans, done, strict=False):  # what glows is no light
+        found[list(group)] = max(plan_.samples * count // len(group), 1)
     return found
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from nusselt.experiments.verdict.evidence import ROUNDING, TILE_MARGIN, Evidence
 from nusselt.experiments.verdict.rule import Finding
 from nusselt.renderer.vectors import Bools
+from nusselt.renderer.words import count as counted
 
 UNJUDGED = 1e-2
 """Share of the shaded pixels that may lie within rounding of an edge: rooms of 64 pixels a side have 3 in 1000."""
@@ -26,14 +27,14 @@ class NoiseFree:
     share: float | None = None
 
     def __call__(self, evidence: Evidence, level: float) -> Finding:
-        broken = [(mask.sum(axis=1), sentence) for mask, sentence in _broken(evidence)]
+        broken = [(mask.sum(axis=1), told) for mask, told in _broken(evidence)]
         still, off = (mask.sum(axis=1) for mask in _still(evidence))
         shaded = evidence.everywhere[0].shaded
         hidden, whole = (shaded & evidence.unjudged).sum(axis=1), shaded.sum(axis=1)
         wrong = np.any([count > 0 for count, _ in broken], axis=0)
 
         def say(k: int) -> str:
-            failures = [f"{count[k]} {sentence}" for count, sentence in broken if count[k]]
+            failures = [f"{counted(count[k], *told[:2])} {told[2]}" for count, told in broken if count[k]]
             if off[k]:
                 allowed = TILE_MARGIN * evidence.margin + ROUNDING
                 failures.append(f"{off[k]} of {still[k]} pixels without noise are off by more than {allowed:.2%}")
@@ -47,8 +48,8 @@ class NoiseFree:
         return Finding(wrong | (off > 0), say, unseen, figures={"broken": wrong, "non_finite": broken[0][0]})
 
 
-def _broken(evidence: Evidence) -> list[tuple[Bools, str]]:
-    """Pixels (b, p) that are wrong whatever the estimator."""
+def _broken(evidence: Evidence) -> list[tuple[Bools, tuple[str, str, str]]]:
+    """Pixels (b, p) that are wrong whatever the estimator; noun, verb and the rest of a sentence on them."""
     ours, theirs = evidence.everywhere
     finite = np.isfinite(ours.mean).all(axis=1)
     whole = ~evidence.unjudged & ours.is_whole & theirs.is_whole
@@ -56,9 +57,9 @@ def _broken(evidence: Evidence) -> list[tuple[Bools, str]]:
     plain = whole & finite & ~other & ~ours.shaded
     off = (np.abs(ours.mean - theirs.mean) > ROUNDING * np.abs(theirs.mean)).any(axis=1)
     return [
-        (~finite, "pixels are not finite"),
-        (other, "pixels show an emitter or the background on one side only"),
-        (plain & off, "emitter or background pixels differ beyond rounding"),
+        (~finite, ("pixel", "is", "not finite")),
+        (other, ("pixel", "shows", "an emitter or the background on one side only")),
+        (plain & off, ("emitter or background pixel", "differs", "beyond rounding")),
     ]
 
 

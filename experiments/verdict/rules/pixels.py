@@ -18,6 +18,7 @@ from nusselt.experiments.verdict.intervals import average
 from nusselt.experiments.verdict.rule import Finding
 from nusselt.experiments.verdict.side import Side
 from nusselt.renderer.vectors import Bools, Floats
+from nusselt.renderer.words import count as counted
 
 BLOCK = 3
 """Pixels a side."""
@@ -54,11 +55,11 @@ class Pixels:
         def say(k: int) -> str:
             said = []
             if count[k]:
-                said.append(f"{count[k]} pixels are off beyond any noise, {_named(evidence, off[k])}")
+                said.append(f"{counted(count[k], 'pixel', 'is')} off beyond any noise, {_named(evidence, off[k])}")
             if some[k]:
                 said.append(f"blocks of 3 x 3 pixels are off, {_named(evidence, blocks[k])}")
             if edges[k]:
-                said.append(f"{edges[k]} pixels on the edge of a light or of the background are off beyond any noise")
+                said.append(f"{counted(edges[k], 'pixel', 'is')} off on the edge of a light or of the background")
             return "; ".join(said)
 
         return Finding((count > 0) | some | (edges > 0), say, figures=figures)

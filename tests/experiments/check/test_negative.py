@@ -73,3 +73,29 @@ def test_the_command_prints_it(tmp_path):
     assert "pixels are negative" in result.stderr
     quiet = [*asked[:4], "--estimator", "area", "--samples", "4"]
     assert "negative" not in CliRunner().invoke(main, quiet).stderr
+
+
+SKY = """size 24 18
+camera 0 3 6 0 0 0 0 1 0 40
+integrator direct
+vertex -2 0 2
+vertex 2 0 2
+vertex 2 0 -2
+vertex -2 0 -2
+diffuse .5 .5 .5
+tri 0 1 2
+tri 0 2 3
+sphere 0 1 0 .3
+"""
+QUAD, SUN = "quadLight -.5 2 -.5 0 0 1 1 0 0 5 5 5\n", "sun 0 1 0 1 1 1 5\n"
+
+
+@pytest.mark.parametrize(("lights", "bounded", "noisy"), [(QUAD, True, False), (SUN, False, True), ("", False, False)])
+def test_what_is_said_of_bounds_is_said_of_values_that_have_one(lights, bounded, noisy, tmp_path):
+    """A sun behind a sphere is sampled: no value has a bound then, and none is called within nothing."""
+    import nusselt
+
+    (tmp_path / "a.test").write_text(SKY + lights)
+    (told,) = nusselt.render(tmp_path / "a.test", estimator="exact").told
+    assert ("is within" in told, "partly sampled" in told) == (bounded, noisy)
+    assert "0.0e+00" not in told

@@ -66,9 +66,10 @@ def test_a_program_is_run_with_its_words_filled_in(room):
         ("import os; os.abort()", "status -6"),
     ],
 )
-def test_a_program_that_fails_is_one_sentence(room, script, said):
-    with ProgramRenderer(call(script), ROOM, str(room)) as renderer, pytest.raises(ProgramFailed, match=said):
-        renderer.run(9, 1)
+def test_a_program_that_fails_is_one_sentence_that_says_which_run_it_was(room, script, said):
+    with ProgramRenderer(call(script), ROOM, str(room)) as renderer, pytest.raises(ProgramFailed, match=said) as caught:
+        renderer.run(9, 5)
+    assert f"(seed 5, 9 samples: {PYTHON} " in str(caught.value)
 
 
 def test_a_program_that_hangs_is_ended_with_all_it_started(room, tmp_path):
@@ -100,10 +101,10 @@ def test_no_shell_reads_the_command(room, tmp_path):
     assert not (tmp_path / "x").exists()
 
 
-def test_a_program_that_cannot_start_is_status_1(room):
+def test_a_program_that_cannot_start_is_bad_input(room):
     status, _, error = run("check", room, "--renderer", "/no/such/program {output}")
-    assert status == 1
-    assert "cannot be started" in error
+    assert status == 2
+    assert error.startswith("nusselt: --renderer = /no/such/program: expected a program that can be started (")
 
 
 def reference():

@@ -79,6 +79,19 @@ def test_a_function_is_a_renderer_and_a_wrong_one_is_told_from_a_right_one():
     assert wrong.row["command"].startswith("nusselt.check(<scene open>, renderer=too_bright, ")
 
 
+def test_what_makes_a_row_again_has_names_that_can_be_typed_and_nothing_no_row_depends_on():
+    from nusselt.experiments.front.again import again
+
+    def my_render(scene, samples, seed):
+        return None
+
+    said = {"renderer": my_render, "cache": Path("/kept"), "margin": 0.02}
+    assert again("a.test", said) == "nusselt.check('a.test', renderer=<my_render>, margin=0.02)"
+    assert again("a.test", {"renderer": lambda *_: None}) == "nusselt.check('a.test', renderer=<lambda>)"
+    assert again("a.test", {"renderer": too_bright}) == "nusselt.check('a.test', renderer=too_bright)"
+    assert again("a.test", {"estimator": "exact", "cache": "/kept"}) == "nusselt check a.test --estimator exact"
+
+
 def test_estimators_are_names_or_classes_a_row_each(small):
     results = nusselt.check(small, estimator=["exact", Dim], samples=4, margin=0.02)
     assert [row["verdict"] for row in results.rows] == ["agrees", "differs"]
@@ -127,7 +140,6 @@ def test_bad_arguments_are_one_clear_error(small, name, value):
     [
         ("--margin", "margin", -1.0),
         ("--alpha", "alpha", 0.7),
-        ("--tolerance", "tolerance", 0.01),
         ("--estimator", "estimator", "nonsense"),
         ("--transfer", "transfer", "srgb"),
         ("--timeout", "timeout", 0.0),
@@ -139,6 +151,29 @@ def test_the_command_says_the_same_in_its_own_words(small, option, name, value):
     status, _, error = run("check", small, option, value)
     assert status == 2
     assert error.strip() == "nusselt: " + str(caught.value).replace(f"{name} =", f"{option} =", 1)
+
+
+@pytest.mark.parametrize(
+    ("call", "name", "said"),
+    [
+        (nusselt.check, "sample", "an argument of nusselt.check (samples?)"),
+        (nusselt.check, "foo", "an argument of nusselt.check: images, renderer, "),
+        (nusselt.check, "budget", "it left out: the command line alone has it"),
+        (nusselt.render, "sampels", "an argument of nusselt.render (samples?)"),
+        (nusselt.read_scene, "lenience", "an argument of nusselt.read_scene (lenient?)"),
+    ],
+)
+def test_an_argument_that_there_is_not_is_one_clear_error(call, name, said):
+    with pytest.raises(nusselt.InputError) as caught:
+        call(OPEN, **{name: 1})
+    assert str(caught.value).startswith(f"{name} = 1: expected {said}")
+
+
+def test_channels_that_come_first_are_told():
+    image = np.moveaxis(ours(OPEN, 9, 1), 2, 0)
+    notes = nusselt.check(OPEN, images=image, margin=0.05).row["warnings"]
+    assert any("channels first" in note for note in notes)
+    assert not any("channels first" in note for note in nusselt.check(OPEN, images=ours(OPEN, 9, 1)).row["warnings"])
 
 
 @pytest.mark.parametrize(

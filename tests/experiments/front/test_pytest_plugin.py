@@ -62,7 +62,9 @@ def test_a_failure_is_the_verdicts_words(project):
     result = run(project)
     result.assert_outcomes(passed=3, failed=2)
     result.stdout.fnmatch_lines(["open, renderer: differs: *", "it looks like * (*%*", "again: nusselt.check(*"])
-    result.stdout.fnmatch_lines(["*InputError: margin = -1: expected a number above 0*"])
+    result.stdout.fnmatch_lines(["InputError: margin = -1: expected a number above 0*"])
+    assert result.stdout.str().count("margin=-1") == 0  # no line of the test's source, and none of ours
+    result.stdout.no_fnmatch_line("again:*cache=*")
 
 
 def rows_of(project) -> list[dict]:
@@ -80,8 +82,21 @@ def test_a_report_is_kept_and_an_earlier_one_is_no_part_of_it(project):
     assert rows[0]["command"] == "pytest 'test_renderer.py::test_looks_itself[1.0]'"
     for row in rows:
         assert all((project.path / "kept" / name).exists() for name in row["images"].values())
-    assert "differs" in (project.path / "kept" / "report.html").read_text(encoding="utf-8")
+    page = (project.path / "kept" / "report.html").read_text(encoding="utf-8")
+    assert "differs" in page
+    for name in ("test_right", "test_wrong", "test_looks_itself[1.0]", "test_looks_itself[1.2]"):
+        assert f"open, test_renderer.py::{name}</button>" in page
+    assert page.count('class="viewer"') == 4
+    assert page.count("<td>gain</td>") == 2
     assert not list((project.path / "kept").glob(".*"))
+
+
+def test_a_report_that_cannot_be_written_is_refused_at_once(pytester):
+    pytester.makepyfile("def test_of_something_else(): pass")
+    pytester.makefile(".txt", kept="a file")
+    result = run(pytester, "--nusselt-report", "kept.txt")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: --nusselt-report = *: expected a folder that can be written to*"])
 
 
 def test_nothing_checked_is_said(pytester):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 import re
 import zlib
 from html.parser import HTMLParser
@@ -272,6 +273,8 @@ def test_points_without_noise_of_their_own_make_no_curve():
         ([row("a")], "good", "The one row agrees with Mitsuba 3.9.1"),
         ([row("a"), row("b", "differs", True)], "good", "All 2 rows are as claimed"),
         ([row("a"), row("b", "differs", False)], "bad", "1 of 2 rows is not as claimed"),
+        ([row("a", "differs", False)], "bad", "The one row is not as claimed"),
+        ([row("a", "undecided", None)], "open", "The one row is undecided"),
         ([row("a"), row("b", "undecided", None)], "open", "1 of 2 rows undecided"),
     ],
 )
@@ -333,3 +336,63 @@ def test_rows_without_a_scene_are_named_by_what_they_are_about():
         ("ratio", "3.14159"),
         ("held", "yes"),
     ]
+
+
+def test_claims_without_a_verdict_are_no_verdict():
+    """Rows of experiments that judge no image, one of them with a bias that it claims."""
+    rows = [{"experiment": "stability", "name": f"case {k}", "as_claimed": True} for k in range(3)]
+    biased = {"experiment": "variance-table", "scene": "quad", "estimator": "analytic", "bias_relative": 0.17}
+    found = facts(document([*rows, biased | {"claim": "biased", "as_claimed": True}]))
+    assert (found[0].answer, found[0].tone) == ("Not judged", "plain")
+    assert found[0].detail.startswith("All 4 rows are as claimed.")
+    assert (found[4].answer, found[4].tone) == ("Not judged", "plain")
+    assert "+17.000 %, in variance-table: quad analytic, which claims to be biased" in found[4].detail
+    undecided = facts(document([row("a", "undecided", None)]))[4]
+    assert (undecided.answer, undecided.tone) == ("Not known yet", "open")
+
+
+def test_the_noise_and_what_would_have_been_found_stand_in_the_row(tmp_path):
+    finds = {"contrast": 0.0123, "rms": 0.0456, "pixel": None}
+    told = row("a", noise_word="noisier", variance_ratio=3.14159, noise_alike=0.25, pixels_off=2, finds=finds)
+    write_json(document([told, row("b", finds=None, noise_word=None)]), str(tmp_path / "results.json"))
+    write_report(tmp_path, tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert page.count("<td>noisier</td>") == 1
+    assert "bias 0.17 %, contrast 1.23 %, residual (RMS) 4.56 %</dd>" in page
+    assert "noisier, 3.14 times the expected variance, correlation 0.25" in page
+    assert "2 beyond any noise" in page
+    assert page.count("<dt>finds</dt><dd>bias") == 1
+
+
+def test_what_was_brought_is_shown_with_its_mistakes(tmp_path):
+    """A renderer that is a tenth too bright, through the call and the report; its truth is a closed form."""
+    import nusselt
+
+    scene = nusselt.read_scene("quad").with_(width=48, height=36)
+
+    def bright(made, samples, seed):
+        return 1.1 * nusselt.render(made, estimator="area", samples=samples, seed=seed).array
+
+    results = nusselt.check(scene, renderer=bright, samples=16, margin=0.02, steps=1)
+    results.write(tmp_path)
+    images = json.loads((tmp_path / "results.json").read_text())["rows"][0]["images"]
+    assert {"brought_exr", "reference_exr", "difference_exr"} <= images.keys()
+    write_report(tmp_path, tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert len(re.findall(r'<script type="text/plain" id="p[0-9a-f]{16}">', page)) == 3
+    assert "did not fit" not in page
+    assert "<span>Yours</span>" in page
+    said = page[: page.index('id="words"')].replace('value="ours"', "")
+    assert not re.search(r"\b[Oo]urs\b", said)
+    assert "<td>gain</td>" in page
+    assert "<dd>the exact image (analytic)</dd>" in page
+    assert "seed 1, seed 2, seed 3, seed 4" in page
+    assert not re.search(r"<dt>seed</dt>|Seed 0", page)
+
+
+def test_the_footer_is_sentences(tmp_path):
+    write_json(document([row("a")], alpha=1e-3), str(tmp_path / "results.json"))
+    write_report(tmp_path, tmp_path / "page.html")
+    footer = (tmp_path / "page.html").read_text(encoding="utf-8").split("<footer>")[1]
+    words = " ".join(re.sub("<[^>]*>", "", footer).split())
+    assert re.search(r"written \S+\. Seed 3\. False-alarm rate of the whole report 0\.001\.", words)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from browser import chromium, complaints, missing, prefer, requests
 from PIL import Image
-from report_folder import HOSTILE, RASTER, SIZE, row, small_folder
+from report_folder import HOSTILE, RASTER, SIZE, row, small_folder, write_images
 
 from nusselt.experiments.results.document import document, write_json
 from nusselt.experiments.results.report import write_report
@@ -264,3 +264,20 @@ def test_a_row_shows_the_figure_that_its_scene_shares(browser):
     picture = np.array(Image.open(io.BytesIO(drawing.screenshot_as_png)).convert("RGB")).astype(int)
     coloured = (picture.max(axis=2) - picture.min(axis=2) > 60).mean()
     assert coloured > 1e-3  # the shared drawing is there, not an empty frame
+
+
+def test_what_was_brought_is_called_yours(tmp_path):
+    images = write_images(tmp_path, "a", RASTER, RASTER * 1.001, RASTER[0])
+    images = {name.replace("ours", "brought"): path for name, path in images.items()}
+    write_json(document([row("a", "differs", False, images=images, brought=["a.png"])]), str(tmp_path / "results.json"))
+    write_report(tmp_path, tmp_path / "page.html")
+    with chromium(tmp_path / "p") as fresh:
+        fresh.get((tmp_path / "page.html").as_uri())
+        viewer = open_row(fresh, "a")
+        press(viewer, "\ue014")
+        assert " yours " in told(viewer)
+        assert "ours − reference" not in viewer.text
+        assert [label.text for label in viewer.find_elements("css selector", ".views span")][:3] == [
+            *("Yours", "Reference", "Difference"),
+        ]
+        assert complaints(fresh) == []
