@@ -23,6 +23,7 @@ from .diagnosis.case import nearer
 from .expected import PASSES, Renders, own_renders, supposed_sampling
 from .ground_truth import Truth
 from .noise import Noise, noise_of
+from .shared_noise import rough
 from .sides import Sides, two_sides
 
 SURE = 3.0
@@ -105,16 +106,18 @@ def judged_against(
 
 
 def in_common(sides: Sides, noise: Noise) -> bool:
-    """Whether images that are quieter than supposed are far from the truth by what they are quieter than each other.
+    """Whether images that vary little among each other are as far from the truth as noise of the supposed size.
 
     Seeds that are not used, but for the order of a sum, give such images; they tell as little of noise as one does.
+    What is smooth in the difference is not noise.
     """
     if sides.images == 1 or sides.factor > ALIKE:
         return False
-    some = sides.image.shaded & ~sides.image.unjudged & noise.sampled
+    difference = (sides.image.mean - sides.reference.mean).mean(axis=0)
+    some = sides.image.shaded & ~sides.image.unjudged & noise.sampled & np.isfinite(difference)
     own = sides.image.pixel_variance / sides.images + sides.reference.pixel_standard_error**2
-    square = ((sides.image.mean - sides.reference.mean).mean(axis=0)) ** 2
-    return bool(np.nansum(square[some]) > own[some].sum() / ALIKE)
+    left = float((rough(difference, some) ** 2).sum())
+    return left > max(float(own[some].sum()) / ALIKE, ALIKE * float(sides.supposed[some].sum()))
 
 
 def _expectations(scene: Scene, question: Question, noise: Noise, sides: Sides, truth: Truth) -> Expectations:
