@@ -23,6 +23,7 @@ from .diagnosis.case import nearer
 from .expected import PASSES, Renders, own_renders, supposed_sampling
 from .ground_truth import Truth
 from .noise import Noise, noise_of
+from .shared_noise import rough
 from .sides import Sides, two_sides
 
 SURE = 3.0
@@ -105,16 +106,18 @@ def judged_against(
 
 
 def in_common(sides: Sides, noise: Noise) -> bool:
-    """Whether images that are quieter than supposed are far from the truth by what they are quieter than each other.
+    """Whether images that vary little among each other are as far from the truth as noise of the supposed size.
 
     Seeds that are not used, but for the order of a sum, give such images; they tell as little of noise as one does.
+    What is smooth in the difference is not noise.
     """
     if sides.images == 1 or sides.factor > ALIKE:
         return False
-    some = sides.image.shaded & ~sides.image.unjudged & noise.sampled
+    difference = (sides.image.mean - sides.reference.mean).mean(axis=0)
+    some = sides.image.shaded & ~sides.image.unjudged & noise.sampled & np.isfinite(difference)
     own = sides.image.pixel_variance / sides.images + sides.reference.pixel_standard_error**2
-    square = ((sides.image.mean - sides.reference.mean).mean(axis=0)) ** 2
-    return bool(np.nansum(square[some]) > own[some].sum() / ALIKE)
+    left = float((rough(difference, some) ** 2).sum())
+    return left > max(float(own[some].sum()) / ALIKE, ALIKE * float(sides.supposed[some].sum()))
 
 
 def _expectations(scene: Scene, question: Question, noise: Noise, sides: Sides, truth: Truth) -> Expectations:
@@ -135,16 +138,20 @@ def _expectations(scene: Scene, question: Question, noise: Noise, sides: Sides, 
 
 
 def _found_out(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Reference, noise: Noise) -> Quantiser:
-    """The usual rule, unless another fits better beyond chance: pixel by pixel, or in the mean.
+    """The usual rule, unless another fits better beyond chance: pixel by pixel, or in the mean, quiet pixels first.
 
     Half a level is seen in the mean long before it is in noisy pixels; where it is not, the rule does not matter.
+    Lights that are seen have no noise: rules that do not fit them are out, if one does.
     """
     sides = {rule: two_sides(seen, raws, replace(quantiser, rule=rule), truth, noise) for rule in RULES}
+    wrong = {rule: _plain_misfits(one) for rule, one in sides.items()}
+    sides = {rule: one for rule, one in sides.items() if wrong[rule] == min(wrong.values())}
+    usual = quantiser.rule if quantiser.rule in sides else next(iter(sides))
     some = ~seen.unjudged & np.logical_and.reduce([one.image.shaded for one in sides.values()])
-    steps = {rule: (one.image.mean - one.reference.mean).mean(axis=0)[some] for rule, one in sides.items()}
-    steps = {rule: step[np.isfinite(step)] for rule, step in steps.items()}
-    if not steps[quantiser.rule].size:
-        return quantiser
+    size = np.sqrt(np.maximum(sides[usual].supposed, quantiser.spread(truth.mean).mean(axis=0)))
+    steps = {rule: ((one.image.mean - one.reference.mean).mean(axis=0) / size)[some] for rule, one in sides.items()}
+    if not steps[usual].size:
+        return replace(quantiser, rule=usual)
     best = min(steps.values(), key=lambda step: float((step * step).mean()))
     likely = {rule: step for rule, step in steps.items() if nearer(best**2, step**2) < SURE}
 
@@ -153,6 +160,10 @@ def _found_out(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Refere
         error = float(likely[rule].std()) / math.sqrt(best.size)
         return abs(float(likely[rule].mean())) / error if error else 0.0
 
-    if quantiser.rule in likely and off(quantiser.rule) < SURE:
-        return quantiser
-    return replace(quantiser, rule=min(likely, key=off))
+    return replace(quantiser, rule=usual if usual in likely and off(usual) < SURE else min(likely, key=off))
+
+
+def _plain_misfits(sides: Sides) -> int:
+    """Pixels without noise that are no surface's and differ."""
+    plain = ~sides.image.shaded & ~sides.image.unjudged
+    return int((sides.image.mean != sides.reference.mean).any(axis=0)[plain].sum())

@@ -36,10 +36,15 @@ def whitened(difference: Floats, deviation: Floats, shaded: np.ndarray) -> Float
     """Differences (h, w) in standard deviations, without their smooth part; 0 where there is no noise."""
     noisy = shaded & (255 * deviation > NOISY) & np.isfinite(difference)
     z = np.where(noisy, np.divide(difference, deviation, out=np.zeros_like(difference), where=noisy), 0.0)
-    weight = ndimage.uniform_filter(noisy.astype(float), AROUND, mode="constant")
-    smooth = ndimage.uniform_filter(z, AROUND, mode="constant") / np.maximum(weight, 1e-9)
-    rest = np.where(noisy & (np.abs(z) < CUT), z - smooth, 0.0)
-    return np.asarray(rest)
+    return np.where(np.abs(z) < CUT, rough(z, noisy), 0.0)
+
+
+def rough(values: Floats, some: np.ndarray) -> Floats:
+    """Values (h, w) at the pixels ``some`` without what is smooth among those; 0 elsewhere."""
+    values = np.where(some, values, 0.0)
+    weight = ndimage.uniform_filter(some.astype(float), AROUND, mode="constant")
+    smooth = ndimage.uniform_filter(values, AROUND, mode="constant") / np.maximum(weight, 1e-9)
+    return np.where(some, values - smooth, 0.0)
 
 
 def common_noise(fields: list[Floats]) -> float:

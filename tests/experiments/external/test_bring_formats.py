@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -106,3 +107,13 @@ def test_levels_by_each_rule(rule, kind):
         other = "round" if rule == "truncate" else "truncate"
         wrong = judged(ROOM, [levels], samples=64, quantisation=other)
         assert 0.15 < 255 * abs(wrong["bias"] - given["bias"]) < 0.7
+
+
+@pytest.mark.parametrize("rule", LEVELS)
+def test_a_light_below_white_tells_the_rule(rule):
+    """Four samples are too noisy to; the light has no noise. Its value stands on the edge of a level."""
+    made = ROOM.with_(lights=(replace(ROOM.lights[0], radiance=(0.8, 0.7, 0.6)),), light_samples=4)
+    levels = LEVELS[rule](honest(made, 3, 4), 255).astype(np.uint8)
+    row = judged(made, [levels])
+    assert row["verdict"] != "differs", row["reason"]
+    assert row["quantisation"]["rule"] == rule
