@@ -102,8 +102,8 @@ def read_reference(path: Path, scene: Scene) -> tuple[Reference, dict[str, Any]]
     counts = head.get("light_samples", [])  # files of older versions do not say
     if not isinstance(counts, list) or not all(isinstance(count, int) and count > 0 for count in counts):
         raise InputError("light_samples", counts, "whole numbers above 0", str(path))
-    told = {name: head[name] for name in TOLD} | {"light_samples": counts}
-    return unpacked(Reference, told, found), head
+    words = {name: head[name] for name in TOLD} | {"light_samples": counts}
+    return unpacked(Reference, words, found), head
 
 
 def _refuse(path: Path, found: str, accepted: str) -> InputError:

@@ -76,17 +76,30 @@ def judged_against(
 ) -> Against:
     """Judge different images ``raws`` of those that were brought.
 
+    A renderer may pick one light a sample, and so have noise where ours has none. Nobody says so: what differs is
+    judged again as its image, and where that explains it it does not differ.
+
     Parameters
     ----------
     seen : Image
         From `stage`.
     """
+    against = _judged(scene, brought, raws, question, truth, seen, picks=False)
+    if against.verdict.word != "differs" or len(scene.lights) < 2:
+        return against
+    picked = _judged(scene, brought, raws, question, truth, seen, picks=True)
+    return against if picked.verdict.word == "differs" else picked
+
+
+def _judged(
+    scene: Scene, brought: Brought, raws: list[Raw], question: Question, truth: Truth, seen: Image, picks: bool
+) -> Against:
     estimator, rays = supposed_sampling(scene, question)
     renders = own_renders(scene, estimator, rays)
     known = len(renders.passes) > 1
     supposed = renders if known else own_renders(scene, Area(samples=estimator.samples), rays)
     draws = estimator.samples if scene.spp == 1 else rays
-    noise = noise_of(scene, draws, seen, truth, supposed, least=1.0 if known else 0.0)
+    noise = noise_of(scene, draws, seen, truth, supposed, least=1.0 if known else 0.0, picks=picks)
     quantiser = brought.quantiser
     if quantiser.top and not brought.rule_given:
         quantiser = _found_out(seen, raws, quantiser, truth.reference, noise)

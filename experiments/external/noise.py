@@ -52,7 +52,15 @@ class Noise:
     least: float
 
 
-def noise_of(scene: Scene, draws: int, seen: Image, truth: Truth, renders: Renders, least: float = 1.0) -> Noise:
+def noise_of(
+    scene: Scene,
+    draws: int,
+    seen: Image,
+    truth: Truth,
+    renders: Renders,
+    least: float = 1.0,
+    picks: bool = False,
+) -> Noise:
     """The noise of an estimator's image where passes of it showed some, and elsewhere the most it can have.
 
     The mean of N values in [0, U] whose expectation is T varies by at most T U / N, and by U^2 / 4 N.
@@ -67,6 +75,8 @@ def noise_of(scene: Scene, draws: int, seen: Image, truth: Truth, renders: Rende
         Of the estimator.
     least : float
         See `Noise`.
+    picks : bool
+        Whether the image may hold one light a sample, picked at random: then what has no noise alone has some.
     """
     mean = truth.reference.mean
     grey, boxed = mean.mean(axis=0), scene.spp > 1
@@ -74,6 +84,9 @@ def noise_of(scene: Scene, draws: int, seen: Image, truth: Truth, renders: Rende
     theirs = np.maximum(truth.reference.light_samples or (truth.reference.samples,), 1)
     reference_grain = (ceilings / np.reshape(theirs, (-1, 1, 1))).max(axis=0, initial=0.0)
     ceiling = ceilings.max(axis=0, initial=0.0)
+    lights = len(scene.lights)
+    if picks:  # n lights: each weighs n times as much, and a visible one brings no more than all of them
+        ceiling = lights * np.maximum(ceiling, grey)
     if boxed:  # whatever a pixel's neighbours show, some of its rays may meet; no light where it is known to show none
         shows = np.where(seen.shaded, np.maximum(ceiling, grey), 0.0)
         around = ndimage.maximum_filter(np.maximum(ceiling, grey), 3)
@@ -84,6 +97,9 @@ def noise_of(scene: Scene, draws: int, seen: Image, truth: Truth, renders: Rende
     variance = np.where(renders.pixel_variance > 0, renders.pixel_variance, limit)
     tint = np.divide(mean, grey, out=np.ones_like(mean), where=grey > 0)
     deviation = np.where(renders.deviation > 0, renders.deviation, np.sqrt(limit) * tint)
+    if picks:
+        variance = lights * variance + (lights - 1) * grey**2 / draws
+        deviation = np.sqrt(lights * deviation**2 + (lights - 1) * mean**2 / draws)
     return Noise(
         sampled,
         np.where(sampled, deviation, 0.0),

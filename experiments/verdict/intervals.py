@@ -89,8 +89,9 @@ def weighted_bias(ours: Side, reference: Side, weights: Floats | float = 1.0) ->
         return _by_pixels(side.grey_variance * np.asarray(weights) ** 2 * side.clumping)
 
     value = average((ours.grey - reference.grey) * weights)
-    grain = np.hypot(*(side.grain_of(np.broadcast_to(weights, (count,)) / count) for side in (ours, reference)))
-    return welch(value, noise(ours), noise(reference), grain=float(grain))
+    share = np.broadcast_to(weights, (count,)) / count
+    grain = math.hypot(ours.grain_of(share), reference.grain_of(share))
+    return welch(value, noise(ours), noise(reference), grain=grain)
 
 
 def _by_pixels(noise: Floats) -> tuple[Floats, Floats]:

@@ -47,7 +47,11 @@ def of_interval(low: Floats, high: Floats, margin: float, figures: dict[str, Flo
     inside = (-margin <= low) & (high <= margin)
     middle = (low + high) / 2
     right = (low <= 0) & (high >= 0)
-    more = np.where(right, _shrunk(high - low, 2 * margin), _shrunk(high - low, 2 * np.abs(margin - np.abs(middle))))
+    more = np.where(
+        right,
+        _shrunk(high - low, np.full(middle.shape, 2 * margin)),
+        _shrunk(high - low, 2 * np.abs(margin - np.abs(middle))),
+    )
 
     def say(k: int) -> str:
         where = f"the bias lies in [{low[k]:+.3%}, {high[k]:+.3%}]"

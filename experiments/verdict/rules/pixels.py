@@ -49,7 +49,7 @@ class Pixels:
         mixed = np.zeros((off.shape[0], 0), dtype=bool)
         if evidence.partial:
             mixed = self._pixels(*evidence.partial, evidence, factor, level / 4 / evidence.partial[0].mean.shape[-1])
-        count, some, edges = off.sum(axis=1), blocks.any(axis=1) & ~off.any(axis=1), mixed.sum(axis=1)
+        count, some, edges = off.sum(axis=1), np.asarray(blocks.any(axis=1) & ~off.any(axis=1)), mixed.sum(axis=1)
         figures = {"pixels_off": count + edges, "finds_pixel": _finds(evidence, factor, each)}
 
         def say(k: int) -> str:
@@ -69,7 +69,7 @@ class Pixels:
         mean = np.maximum(ours.grey, theirs.grey)
         size = np.abs(ours.grey - theirs.grey) - _allowed(evidence, mean)
         variance, grain = bounded(evidence, (ours, theirs), mean, factor)
-        return tail(np.maximum(size, 0.0), variance, grain) < np.log(level / 2)
+        return np.asarray(tail(np.maximum(size, 0.0), variance, grain) < np.log(level / 2))
 
     @staticmethod
     def _blocks(evidence: Evidence, factor: Floats, level: float) -> Bools:
