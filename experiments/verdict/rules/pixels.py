@@ -130,7 +130,7 @@ def bounded(evidence: Evidence, sides: tuple[Side, Side], mean: Floats, factor: 
         See `noise_factor`.
     """
     variance, largest = np.zeros(mean.shape), np.zeros(mean.shape)
-    for side, times in zip(sides, (np.reshape(factor, (-1, 1)), 1.0), strict=True):
+    for side, times in zip(sides, (np.reshape(factor, (-1, 1)), np.ones(())), strict=True):
         if side.sampled and side.grain is not None:
             grain = np.broadcast_to(side.grain, mean.shape) * times
             seen = side.grey_variance
