@@ -78,7 +78,7 @@ _ALL = frozenset(
 )
 _KEPT = frozenset(("reference", "cache"))
 _OURS = _ALL | {"classic", "shadow_origin", "tolerance"}
-_LEVELS = frozenset(("transfer", "quantisation"))
+_LEVELS = frozenset(("transfer", "quantisation", "noise"))
 _RUNS = frozenset(("renderer", "runs", "steps"))
 
 OURS = Mode("our image", _OURS | _KEPT)

@@ -44,6 +44,13 @@ external_options = together(
     click.option(
         "--quantisation", default="auto", show_default=True, help="Of levels: truncate, round, floor256 or auto."
     ),
+    click.option(
+        "--noise",
+        type=click.Choice(["any", "expected"]),
+        default="any",
+        show_default=True,
+        help="expected: other noise than our estimator's is not as claimed (status 1).",
+    ),
     click.option("--renderer", metavar="COMMAND", help="A program with {scene} {xml} {samples} {seed} {output}."),
     click.option(
         "--image-type",

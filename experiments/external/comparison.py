@@ -15,7 +15,7 @@ from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.check.rows import as_claimed, judged, reference_entry
 from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.images.transfer import RULES, Quantiser
-from nusselt.experiments.verdict.judge import Verdict
+from nusselt.experiments.verdict.judge import NoiseWord, Verdict
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image
@@ -83,6 +83,7 @@ def compare(
         "images": {},
         "brought": list(brought.names),
         **judged(verdict),
+        "noise_word": _noise_word(verdict, brought, shown),
         **_noise_of_row(verdict, sides),
         **_scores(brought, shown.quantiser, truth.reference, shown.renders, seen),
         "quantisation": _said(shown.quantiser, brought),
@@ -95,6 +96,12 @@ def compare(
         "seconds": {"pilot": 0.0, "ours": 0.0, "reference": time.perf_counter() - started},
     }
     return Comparison(row, sides, truth, verdict)
+
+
+def _noise_word(verdict: Verdict, brought: Brought, shown: Against) -> NoiseWord | None:
+    """Images of different seeds that are one, where noise is expected, have it in common."""
+    repeated = shown.sides.images < len(brought.raws)
+    return "alike" if repeated and shown.sides.supposed.any() and shown.noise.least else verdict.noise_word
 
 
 def _with_noise(mistakes: tuple[Mistake, ...], shown: Against) -> tuple[Mistake, ...]:

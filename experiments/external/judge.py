@@ -41,6 +41,8 @@ class External:
     transfer : str
         Curve of levels: linear, srgb, gamma:G.
     quantisation : {"auto", "truncate", "round", "floor256"}
+    noise : {"any", "expected"}
+        Whether images may have other noise than our estimator's at their samples, or are then not as claimed.
     renderer : str or callable, optional
         A command, or ``f(scene, samples, seed)`` to an array (h, w, 3).
     image_type : str
@@ -64,9 +66,11 @@ class External:
     runs: int = 4
     steps: int = 3
     run_timeout: float = 600.0
+    noise: str = "any"
 
     def __post_init__(self) -> None:
         Transfer(self.transfer)
+        one_of("noise", self.noise, ("any", "expected"))
         one_of("quantisation", self.quantisation, ("auto", *RULES))
         if not (self.renderer is None or isinstance(self.renderer, str) or callable(self.renderer)):
             raise InputError("renderer", self.renderer, "a command or a function of (scene, samples, seed)")
@@ -106,7 +110,7 @@ class Judging:
         """Judge images of a scene."""
         quantiser = quantiser_of(raws, self.external.transfer, self.external.quantisation)
         brought = Brought(tuple(names), raws, quantiser, self.external.rule_given, made_by)
-        return compare(
+        found = compare(
             scene,
             brought,
             self.question,
@@ -115,6 +119,11 @@ class Judging:
             executor=self.executor,
             progress=self.progress,
         )
+        word = found.row["noise_word"]
+        if self.external.noise == "expected" and found.row["as_claimed"] and word not in (None, "as expected"):
+            found.row["as_claimed"] = False
+            found.row["reason"] += f"; its noise is not the expected: {word}"
+        return found
 
 
 def judge_images(scene: Scene, images: Sequence[ImageLike], judging: Judging) -> Comparison:

@@ -59,6 +59,7 @@ def check(
     steps: int = 3,
     image_type: str = ".exr",
     run_timeout: float = 600.0,
+    noise: Literal["any", "expected"] = "any",
 ) -> Results:
     """Judge our image of each scene, or somebody's images or renderer of one, against the truth.
 
@@ -80,7 +81,7 @@ def check(
         How a scene is read.
     reference, cache : path, optional
         A kept reference; a folder to keep references in, by content.
-    transfer, quantisation, runs, steps, image_type, run_timeout
+    transfer, quantisation, runs, steps, image_type, run_timeout, noise
         As in `nusselt.experiments.external.judge.External`.
 
     Raises
@@ -106,7 +107,7 @@ def check(
         pixel_rule=pixel_rule,
         tolerance=tolerance,
     )
-    external = External(transfer, quantisation, renderer, image_type, runs, steps, run_timeout)
+    external = External(transfer, quantisation, renderer, image_type, runs, steps, run_timeout, noise)
     reading = Reading(lenient, two_sided)
     rows = [
         _Row(given, reading.scene(given, pixel_rule), replace(question, estimator=kind), {**said, "estimator": kind})

@@ -37,10 +37,12 @@ def honest(made: Scene, seed: int, samples: int = 16, stratified: bool = True) -
     return render(made, Area(samples=samples, stratified=stratified), seed=seed).mean.transpose(1, 2, 0)
 
 
-def judged(made: Scene, images: Sequence[Any], *, quantisation: str = "auto", **asked: Any) -> dict[str, Any]:
+def judged(
+    made: Scene, images: Sequence[Any], *, quantisation: str = "auto", noise: str = "any", **asked: Any
+) -> dict[str, Any]:
     """The row of images, arrays or paths."""
     question = Question(**asked)
-    external = External(quantisation=quantisation)
+    external = External(quantisation=quantisation, noise=noise)
     judging = Judging(question, external, "", KeptReferences(None, None))
     given = [image if isinstance(image, Path) else np.asarray(image) for image in images]
     return judge_images(with_pixel_rule(made, question.pixel_rule), given, judging).row

@@ -59,6 +59,47 @@ def test_the_same_image_twice_is_one_and_said():
     assert "correlated-seeds" not in [mistake["name"] for mistake in row["likely_mistakes"]]
 
 
+def test_the_noise_of_images_is_said_and_counts_where_it_is_asked():
+    """A quarter and four times the samples, and one image twice, all right in the mean; the expected one is claimed."""
+    word_of = {16: "as expected", 4: "noisier", 64: "quieter"}
+    for samples, word in word_of.items():
+        images = [honest(ROOM, seed, samples) for seed in (1, 2)]
+        row = judged(ROOM, images, margin=0.1, noise="expected", samples=16, stratified=True)
+        assert (row["verdict"], row["noise_word"]) == ("agrees", word), row["reason"]
+        assert row["as_claimed"] is (samples == 16)
+    image = honest(ROOM, 1)
+    row = judged(ROOM, [image, image], margin=0.1)
+    assert (row["verdict"], row["noise_word"], row["as_claimed"]) == ("agrees", "alike", True)
+
+
+def test_pixels_that_share_noise_are_told_alike():
+    """Neighbours of a right image averaged in pairs, of two seeds: the noise is alike, the mean is not hurt."""
+    images = [honest(ROOM, seed) for seed in (1, 2)]
+    smooth = honest(ROOM, 9, 1024)
+    alike = [smooth + (image - smooth).reshape(42, 28, 2, 3).mean(axis=2).repeat(2, axis=1) for image in images]
+    row = judged(ROOM, alike, margin=0.1)
+    assert row["noise_word"] == "alike", row["reason"]
+    assert judged(ROOM, images, margin=0.1)["noise_word"] == "as expected"
+
+
+def test_a_renderer_that_picks_one_light_a_sample_is_right():
+    """A point light and a lamp, one at random for every sample; off by a tenth it differs."""
+    made = scene(floor(), lights=(PointLight((1.0, 2.0, 1.0), (9.0, 8.0, 7.0)), lamp(1.5)), size=(40, 30))
+    each = [made.with_(lights=(light,)) for light in made.lights]
+    rng = np.random.default_rng(4)
+
+    def picked(seed: int) -> np.ndarray:
+        total = np.zeros((30, 40, 3))
+        for k in range(16):
+            values = [2 * honest(one, 100 * seed + k, 1, False) for one in each]
+            total += np.where(rng.random((30, 40, 1)) < 0.5, *values) / 16
+        return total
+
+    for images in ([picked(1)], [picked(1), picked(2)]):
+        assert judged(made, images, margin=0.05)["verdict"] != "differs"
+    assert judged(made, [1.3 * picked(1), 1.3 * picked(2)], margin=0.05)["verdict"] == "differs"
+
+
 def test_a_scene_of_point_lights_has_no_noise_and_is_compared_exactly():
     made = scene(floor(), ellipsoids=(BALL,), lights=(PointLight((1.0, 2.0, 1.0), (9.0, 8.0, 7.0)),), size=(40, 30))
     image = render(made, Area()).mean.transpose(1, 2, 0)
