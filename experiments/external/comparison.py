@@ -51,6 +51,7 @@ def compare(
     references: KeptReferences,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    looks_for_mistakes: bool = True,
 ) -> Comparison:
     """Judge somebody's images of a scene."""
     started = time.perf_counter()
@@ -63,7 +64,7 @@ def compare(
     if verdict.word == "differs" and may_be_areas(scene, seen, sides):
         verdict = against_areas(verdict, scene, brought, raws, question, references, truth, executor, progress)
     mistakes: tuple[Mistake, ...] = ()
-    if verdict.word != "agrees" and scene.spp == 1:
+    if looks_for_mistakes and verdict.word != "agrees" and scene.spp == 1:
         told = diagnose(scene, raws, shown.quantiser, estimator.samples, estimator.stratified, progress)
         mistakes = _with_noise(told.mistakes, shown)
     needs = prepare(scene).needs

@@ -97,6 +97,8 @@ class Judging:
         What makes the row again.
     references : KeptReferences
     executor, progress : optional
+    diagnose : bool
+        Whether to look for likely mistakes, which takes most of the time.
     """
 
     question: Question
@@ -105,6 +107,7 @@ class Judging:
     references: KeptReferences
     executor: Executor | None = None
     progress: Progress | None = None
+    diagnose: bool = True
 
     def compare(self, scene: Scene, names: Sequence[str], raws: list[Raw], made_by: str) -> Comparison:
         """Judge images of a scene."""
@@ -118,6 +121,7 @@ class Judging:
             references=self.references,
             executor=self.executor,
             progress=self.progress,
+            looks_for_mistakes=self.diagnose,
         )
         word = found.row["noise_word"]
         if self.external.noise == "expected" and found.row["as_claimed"] and word not in (None, "as expected"):

@@ -78,9 +78,14 @@ def truth_of(scene: Scene) -> Reference:
 REFERENCES = Remembered()
 
 
-def brought(scene: Scene, images: Sequence[Floats], question: Question, written: Written) -> Comparison:
-    """The judge's comparison of images (h, w, 3), which are written to files of a format first."""
-    judging = Judging(question, External(transfer=written.transfer), "", REFERENCES)
+def brought(
+    scene: Scene, images: Sequence[Floats], question: Question, written: Written, mistakes: bool = True
+) -> Comparison:
+    """The judge's comparison of images (h, w, 3), which are written to files of a format first.
+
+    To look for ``mistakes`` takes most of the time.
+    """
+    judging = Judging(question, External(transfer=written.transfer), "", REFERENCES, diagnose=mistakes)
     with tempfile.TemporaryDirectory(prefix="nusselt-") as folder:
         paths = [Path(folder) / f"{number}{written.suffix}" for number in range(len(images))]
         for path, image in zip(paths, images, strict=True):
