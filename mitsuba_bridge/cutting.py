@@ -21,7 +21,7 @@ FARTHEST = 1e8
 
 def planes(placement: Placement) -> list[float]:
     """Distances from the centre, along each axis and both ways, at which triangles are cut; none in ordinary scenes."""
-    found = []
+    found: list[float] = []
     distance = FIRST * placement.near
     while placement.wide and distance < placement.half and len(found) < 64:
         found.append(distance)
@@ -38,7 +38,8 @@ def cut(corners: Floats, placement: Placement) -> Floats | None:
         return None
     centred = corners - column(placement.centre)[:, :, None]
     large = (np.abs(centred).max(axis=(0, 2)) > distances[0]) & ~_beyond(centred, distances[0])
-    kept, pieces = centred[:, ~large], centred[:, large]
+    kept = centred[:, ~large]
+    pieces: Floats = centred[:, large]
     for axis in range(3):
         for distance in distances:
             for offset in (distance, -distance):

@@ -13,7 +13,7 @@ from nusselt.renderer.lights import Light
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Bools, Floats, Ints, dot
 
-from .distance import between_triangles, distance_to_triangles, from_ellipsoid
+from .distance import Triangle, between_triangles, distance_to_triangles, from_ellipsoid
 from .lights import cover
 
 CLOSE = 1e-3
@@ -64,10 +64,11 @@ def clearance(light: Light, geometry: Geometry, triangles: Ints) -> tuple[Floats
         To each triangle, exact but for disks, whose polygon around them is taken; to each ellipsoid, from below.
     """
     g = geometry
-    corners = tuple(points[:, triangles] for points in (g.a, g.b, g.c))
+    corners = g.a[:, triangles], g.b[:, triangles], g.c[:, triangles]
     to_triangle, to_ellipsoid = np.full(triangles.size, np.inf), np.full(g.ellipsoids, np.inf)
     before, before_bodies = _before(light, g, corners)
-    ahead = tuple(points[:, before] for points in corners)
+    a, b, c = (points[:, before] for points in corners)
+    ahead = a, b, c
     pieces = list(zip(*(points.T[:, :, None] for points in cover(light)), strict=True))
     for piece in pieces:
         away = between_triangles(piece, ahead) if light.has_extent else distance_to_triangles(piece[0], *ahead)
@@ -78,7 +79,7 @@ def clearance(light: Light, geometry: Geometry, triangles: Ints) -> tuple[Floats
     return to_triangle, to_ellipsoid
 
 
-def _before(light: Light, g: Geometry, corners: tuple[Floats, ...]) -> tuple[Bools, Bools]:
+def _before(light: Light, g: Geometry, corners: Triangle) -> tuple[Bools, Bools]:
     """Which triangles and ellipsoids rise over the plane from which a light shines, by more than rounding."""
     plane = light.plane()
     if plane is None:
@@ -87,10 +88,11 @@ def _before(light: Light, g: Geometry, corners: tuple[Floats, ...]) -> tuple[Boo
     rounding = 1e-12 * light.middle()[1]
     heights = np.stack([dot(p - place, normal) for p in corners])
     reach = np.sqrt((np.einsum("eij,i->ej", g.axes, normal[:, 0]) ** 2).sum(axis=1))
-    return (heights > rounding).any(axis=0), dot(g.center - place, normal) + reach > rounding
+    rises: Bools = np.asarray((heights > rounding).any(axis=0))
+    return rises, np.asarray(dot(g.center - place, normal) + reach > rounding)
 
 
-def _what(g: Geometry, triangles: Floats, to_triangle: Floats, to_ellipsoid: Floats) -> str:
+def _what(g: Geometry, triangles: Ints, to_triangle: Floats, to_ellipsoid: Floats) -> str:
     """The surface that is nearest."""
     if to_ellipsoid.min(initial=np.inf) <= to_triangle.min(initial=np.inf):
         body = int(to_ellipsoid.argmin())

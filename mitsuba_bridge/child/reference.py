@@ -17,7 +17,7 @@ import numpy as np
 
 from . import passes, scalar_passes
 from .passes import Array
-from .sample_plan import PILOT, SIZES, OnePass, Plan, pilot, plan, unseen
+from .sample_plan import PILOT, SIZES, OnePass, Pilot, Plan, pilot, plan, unseen
 from .scene_dict import scene_dict
 
 tracing: Any = scalar_passes if str(mi.variant()).startswith("scalar") else passes
@@ -256,19 +256,17 @@ def _plans(sources: list[Any], job: dict[str, Any], pixels: int, deadline: float
     noisy = max(sum(p.variance > 0 for p in pilots), 1)
     allowed = (job["target"] * sum(p.mean for p in pilots)) ** 2 / noisy
     seconds = (deadline - time.monotonic()) / noisy
-    return [
-        plan(
-            _staged(source, 4),
-            first,
-            allowed,
-            job["passes"],
-            job["max_samples"],
-            lambda samples, source=source: _forecast(source, samples) * (job["passes"] + PILOT) < seconds,
-        )
-        if first.variance > 0 or not source.random
-        else unseen(pixels, job["passes"], job["max_samples"])
-        for source, first in zip(sources, pilots, strict=True)
-    ]
+
+    def planned(source: Any, first: Pilot) -> Plan:
+        if first.variance == 0 and source.random:
+            return unseen(pixels, job["passes"], job["max_samples"])
+
+        def affordable(samples: int) -> bool:
+            return _forecast(source, samples) * (job["passes"] + PILOT) < seconds
+
+        return plan(_staged(source, 4), first, allowed, job["passes"], job["max_samples"], affordable)
+
+    return [planned(source, first) for source, first in zip(sources, pilots, strict=True)]
 
 
 def _within(plans: list[Plan], sources: list[Any], seconds: float) -> list[Plan]:
