@@ -11,7 +11,7 @@ class InputError(ValueError):
     argument : str
         Name of the argument, in the user's words ("camera fov", "quadLight ab").
     value : object
-        The offending value, shown with ``repr`` and cut at 60 characters.
+        The offending value, shown with ``repr`` and cut at 60 characters; of a path the end is.
     accepted : str
         What would have been accepted, as a noun phrase ("an angle in (0, 180) degrees").
     where : str
@@ -21,7 +21,9 @@ class InputError(ValueError):
     def __init__(self, argument: str, value: object, accepted: str, where: str = "") -> None:
         self.argument, self.value, self.accepted, self.where = argument, value, accepted, where
         shown = value if isinstance(value, str) else repr(value)
-        shown = shown if len(shown) <= 60 else shown[:57] + "..."
+        if len(shown) > 60:
+            is_path = "/" in shown and " " not in shown
+            shown = "..." + shown[-57:] if is_path else shown[:57] + "..."
         shown = shown.encode("unicode_escape").decode("ascii")
         super().__init__(f"{where + ': ' if where else ''}{argument} = {shown}: expected {accepted}")
 

@@ -20,6 +20,8 @@ ERRORS = (0.125, 0.5, 2.0)
 BIASES = (0.0, 3.0)
 """True biases, in margins."""
 DOUBLINGS = 20
+SURE = 1e-6
+"""How often more rows are decided wrongly by chance than the level says."""
 
 
 @dataclass(frozen=True)
@@ -43,14 +45,26 @@ AT_ANY_TIME = Looking(tuple(time_of(k) for k in range(1, LOOKS + 1)), _at_any_ti
 DOUBLING = Looking(tuple(2.0 ** (k - 1) for k in range(1, DOUBLINGS + 1)), _doubling)
 
 
-def times_to_decide(looking: Looking, bias: float, error: float, rng: np.random.Generator, rows: int) -> Floats:
-    """Samples (rows,), in those of the first look, at which each row's interval lies inside the margin or outside."""
+def times_to_decide(
+    looking: Looking, bias: float, error: float, rng: np.random.Generator, rows: int
+) -> tuple[Floats, int]:
+    """When each row's interval lies inside the margin or outside, and how many rows lie on the wrong side of it.
+
+    Returns
+    -------
+    times : (rows,) float64
+        Samples, in those of the first look.
+    wrong : int
+    """
     times = np.array(looking.times)
     steps = rng.standard_normal((rows, times.size)) * np.sqrt(np.diff(times, prepend=0.0))
     middle = bias + error * steps.cumsum(axis=1) / times
     half = np.array([stats.norm.isf(looking.level_at(k) / 2) for k in range(1, times.size + 1)]) * error / times**0.5
-    decided = (np.abs(middle) + half < 1) | (np.abs(middle) - half > 1)
-    return np.where(decided.any(axis=1), times[decided.argmax(axis=1)], times[-1])
+    inside, outside = np.abs(middle) + half < 1, np.abs(middle) - half > 1
+    decided = inside | outside
+    first = decided.argmax(axis=1)
+    wrong = (outside if abs(bias) < 1 else inside)[np.arange(rows), first]
+    return np.where(decided.any(axis=1), times[first], times[-1]), int(wrong.sum())
 
 
 def stopping_rows(rows: int, seed: int) -> list[dict[str, Any]]:
@@ -59,9 +73,13 @@ def stopping_rows(rows: int, seed: int) -> list[dict[str, Any]]:
     for bias in BIASES:
         for error in ERRORS:
             rng = np.random.default_rng(seed)
-            now, before = (
-                float(times_to_decide(way, bias, error, rng, rows).mean()) for way in (AT_ANY_TIME, DOUBLING)
+            (now, wrong), (before, _) = (
+                times_to_decide(way, bias, error, rng, rows) for way in (AT_ANY_TIME, DOUBLING)
             )
             case = f"samples to decide: bias {bias:g} margins, first error {error:g}"
-            made.append({"case": case, "level": ALPHA, "reports": rows, "times": now, "times_doubling": before})
+            times = {"times": float(now.mean()), "times_doubling": float(before.mean())}
+            claimed = wrong <= stats.binom.isf(SURE, rows, ALPHA)
+            made.append(
+                {"case": case, "level": ALPHA, "reports": rows, "hits": wrong, **times, "as_claimed": bool(claimed)}
+            )
     return made

@@ -175,8 +175,9 @@ def test_only_holes_are_not_judged():
     assert judged(*with_background(1, 0)).word == "differs"
 
 
-def test_more_holes_than_one_in_a_thousand_leave_a_row_undecided():
-    verdict = judged(*with_background(3, 3))
+def test_more_holes_than_one_in_a_hundred_leave_a_row_undecided():
+    assert judged(*with_background(23, 23)).word == "agrees"
+    verdict = judged(*with_background(24, 24))
     assert verdict.word == "undecided"
     assert "within rounding of an edge" in verdict.reason
 

@@ -86,7 +86,7 @@ def test_a_mesh_takes_the_current_material_and_transform_and_loses_its_flat_tria
     np.testing.assert_array_equal(mesh.vertices.T, POINTS[:4] * 2 + [0, 0, 5])
     assert mesh.material.diffuse == (0.1, 0.2, 0.3)
     assert mesh.triangles.shape == (3, 2)
-    assert any("1 triangles" in warning and "dropped" in warning for warning in scene.warnings)
+    assert any("1 triangle " in warning and "dropped" in warning for warning in scene.warnings)
     assert parse_scene(write_scene(scene), name=scene.name) == scene.with_(warnings=())
 
 

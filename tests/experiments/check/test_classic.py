@@ -47,7 +47,7 @@ def test_soft_shadows_are_checked_without_noise_too(everything):
 
 
 def test_every_classic_scene_agrees_within_a_thousandth(rows, everything):
-    assert tuple(rows) == catalogue.CLASSIC
+    assert tuple(rows) == tuple(name for name in catalogue.CLASSIC if name not in catalogue.DARK)
     for row in everything:
         low, high = row["bias_interval"]
         assert row["verdict"] == "agrees", row["reason"]

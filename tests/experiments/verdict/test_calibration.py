@@ -111,7 +111,10 @@ def test_rare_hits_false_alarm_where_what_a_sample_brings_is_not_told():
 
 def test_a_decision_looked_for_at_any_time_takes_no_more_samples():
     """Of a right image whose first look is too noisy; rows of both ways, within five standard errors of their mean."""
-    now, before = (times_to_decide(way, 0.0, 0.5, np.random.default_rng(2), 1000) for way in (AT_ANY_TIME, DOUBLING))
+    (now, wrong), (before, _) = (
+        times_to_decide(way, 0.0, 0.5, np.random.default_rng(2), 1000) for way in (AT_ANY_TIME, DOUBLING)
+    )
+    assert wrong <= stats.binom.isf(1e-6, 1000, 1e-3)
     assert now.mean() < before.mean() + 5 * np.hypot(now.std(), before.std()) / 1000**0.5
     assert now.mean() < before.mean()
 
