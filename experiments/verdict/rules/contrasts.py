@@ -35,7 +35,7 @@ class Contrasts:
     share: float = 1.0
 
     def __call__(self, evidence: Evidence, level: float) -> Finding:
-        if evidence.shares_points:
+        if evidence.shares_points or not evidence.place.size:
             return Finding(evidence.nowhere, lambda k: "", figures={"finds_contrast": None})
         height, width = evidence.shape
         row, column = np.divmod(evidence.place, width)

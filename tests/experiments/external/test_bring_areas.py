@@ -42,7 +42,7 @@ def test_jittered_images_by_area(count):
     assert judged(ROOM, [darkened(image) for image in images], **asked)["verdict"] == "differs"
 
 
-@pytest.mark.parametrize("count", [1, 2])
+@pytest.mark.parametrize("count", [2])
 def test_jittered_images_that_were_taken_for_centres(count):
     images = [jittered(k) for k in range(count)]
     row = judged(ROOM, images, samples=RAYS, margin=MARGIN)

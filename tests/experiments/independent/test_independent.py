@@ -115,9 +115,10 @@ def test_mistakes_have_names_scenes_and_steps_of_their_own():
 
 
 @pytest.mark.slow
-def test_every_mistake_changes_its_image():
+def test_mistakes_change_their_images():
+    """Every fourth; the study `planted-images` measures them all."""
     right = {}
-    for mistake in MISTAKES:
+    for mistake in MISTAKES[::4]:
         key, options = (mistake.scene, mistake.strata), Options(16, mistake.strata, seed=3)
         if key not in right:
             right[key] = render(text_of(mistake.scene), 96, options)

@@ -15,6 +15,7 @@ from nusselt.experiments.scenes.catalogue import load
 from nusselt.experiments.verdict.decision import decide
 from nusselt.experiments.verdict.evidence import Expectations, evidence_of
 from nusselt.experiments.verdict.intervals import Bias, pooled_bias, welch
+from nusselt.experiments.verdict.judge import judge
 from nusselt.experiments.verdict.level import Level
 from nusselt.experiments.verdict.rule import Finding
 from nusselt.experiments.verdict.rules import RULES
@@ -223,6 +224,16 @@ def test_few_pixels_have_their_share_on_edges():
     hidden = np.arange(image.unjudged.size).reshape(image.unjudged.shape) % 20 == 0
     assert said(hidden).objects[0]
     assert "lie within rounding of an edge" in said(hidden).say(0)
+
+
+def test_an_image_of_lights_alone_leaves_nothing_to_judge():
+    """Of several passes too: no rule divides by its number of shaded pixels."""
+    made = image_of(np.ones((4, 100)))
+    plain = dataclasses.replace(made, emitter=np.ones((10, 10)))
+    expectations = Expectations(grain=np.ones((10, 10)), reference_grain=np.ones((10, 10)))
+    reference = dataclasses.replace(Reference.of_image(plain, "itself", 1), pass_means=np.ones(32))
+    verdict = judge(plain, reference, passes=4, margin=1e-3, level=Level(), expectations=expectations)
+    assert (verdict.word, "nothing to judge" in verdict.reason) == ("undecided", True)
 
 
 def test_the_advised_samples_decide():
