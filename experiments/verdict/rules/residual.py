@@ -31,7 +31,8 @@ class Residual:
     share: float = 1.0
 
     def __call__(self, evidence: Evidence, level: float) -> Finding:
-        square = evidence.difference**2 - evidence.ours.grey_variance - evidence.reference.grey_variance
+        ours, theirs = evidence.ours, evidence.reference  # by channels: a grey image may be right on average
+        square = ((ours.mean - theirs.mean) ** 2 - ours.variance - theirs.variance).mean(axis=1)
         count = max(square.shape[-1], 1)
         mean, scale = average(square), evidence.scale
         spread = square**2 / count**2  # not about their mean: of one pixel that would be nothing
@@ -39,7 +40,7 @@ class Residual:
         freedom = 2 * resting_on(spread)
         reach = stats.t.isf(level / 2, freedom) * error
         own = float(average(np.broadcast_to(evidence.offset, (count,)) ** 2)) if square.size else 0.0
-        allowed = ((ROOT_MARGIN * evidence.margin + ROUNDING) * scale) ** 2 + 2 * own
+        allowed = ((ROOT_MARGIN * evidence.margin + ROUNDING) * scale) ** 2 + 3 * own
         fails = (mean - reach > allowed) & (not evidence.shares_points)
         interval = np.stack((_root(mean - reach), _root(mean + reach)), axis=-1) / scale[:, None]
         figures = {

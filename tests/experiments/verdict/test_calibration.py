@@ -166,6 +166,18 @@ def test_swapped_channels_differ_though_their_average_is_right(shares_points):
         assert said["channels"].fails[0] == (word == "differs")
 
 
+def test_a_grey_image_of_the_right_brightness_differs():
+    """Pixels of two colours with equal means of channels: no mean sees the average in their place."""
+    rng = np.random.default_rng(14)
+    colours = np.array([[0.8, 0.5, 0.2], [0.2, 0.5, 0.8]]).T
+    right = np.tile(colours, (1, 200)) + 0.02 * rng.standard_normal((1, 36, 3, 400))
+    grey = 0.5 + 0.02 * rng.standard_normal((1, 4, 3, 400))
+    for image, word in ((right[:, :4], "agrees"), (grey, "differs")):
+        said = findings(simulated(image, right[:, 4:], None, 0.05, False), Level(1e-3, 1))
+        assert decide(said.values())[0] == word
+        assert said["residual"].fails[0] == (word == "differs")
+
+
 def test_channels_that_share_points_need_more_than_their_pixels_noise():
     """Judged as if each pixel had light points of its own, colours that are right are called wrong."""
     rng = np.random.default_rng(13)
