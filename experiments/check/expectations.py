@@ -24,6 +24,7 @@ from nusselt.renderer.vectors import Floats
 from nusselt.renderer.visibility.ray_offset import RayOffset
 
 from .ceiling import sample_ceilings
+from .unlit import unlit
 
 
 def appearance(scene: Scene) -> Scene:
@@ -122,6 +123,8 @@ def with_grains(
     expectations: Expectations, scene: Scene, estimator: Estimator, passes: int, reference: Reference
 ) -> Expectations:
     """The same with what one sample can bring to either side, where our estimator is one of ours: see `Side`."""
+    if not reference.pass_means.any():
+        expectations = replace(expectations, dark="; ".join(unlit(scene)))
     if type(estimator) not in ESTIMATORS:
         return expectations
     ceilings = sample_ceilings(appearance(scene))

@@ -115,6 +115,13 @@ def test_a_light_that_lights_nothing_says_why(name, why):
     assert all(why in sentence for sentence in said)
 
 
+def test_a_black_image_says_which_light_faces_away():
+    row = answer("faces-away").row
+    assert (row["verdict"], row["as_claimed"]) == ("undecided", None)
+    assert "nothing to judge" in row["reason"]
+    assert "swap its two edges" in row["reason"]
+
+
 def test_a_light_below_the_horizon_lights_nothing():
     below = parse_scene(text("no-light") + "point 0 -3 0 1 1 1\ndirectional 0 -1 0 1 1 1\n")
     assert [sentence.split(": ")[1] for sentence in unlit(below)] == ["it lies below every horizon"] * 2
