@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 from scipy import ndimage
 
+from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.camera.view import View, look
 from nusselt.renderer.estimators.protocol import BLOCK
 from nusselt.renderer.lights import colour
@@ -55,6 +56,12 @@ def sample_ceilings(scene: Scene) -> Floats:
     whole = np.repeat(np.repeat(out[1:], step, axis=1), step, axis=2)[:, : scene.height, : scene.width]
     whole.setflags(write=False)
     return whole
+
+
+def grain_of_reference(ceilings: Floats, reference: Reference) -> Floats:
+    """The most (h, w) that one sample of a reference brings to the mean of each pixel."""
+    samples = np.maximum(reference.light_samples or (reference.samples,), 1)
+    return np.asarray((ceilings / np.reshape(samples, (-1, 1, 1))).max(axis=0, initial=0.0))
 
 
 def _brightest(view: View, source: Source) -> Floats:

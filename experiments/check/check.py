@@ -40,6 +40,7 @@ FEWEST, FEWEST_SHARED = 4, 32
 """Passes of the pilot, and at least; more where pixels share their light points: only whole passes count there."""
 MAX_PASSES = 4096
 DARK = 3.0
+"""Standard errors within which a pilot's mean is that of a black image."""
 MAX_SAMPLES = 1 << 16
 """Mitsuba's samples per pixel and light, at most."""
 

@@ -19,12 +19,12 @@ from nusselt.experiments.verdict.level import Level
 from nusselt.experiments.verdict.rules.noise_free import UNJUDGED
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.estimators import Area
-from nusselt.renderer.image import Image, render
+from nusselt.renderer.image import Image
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
-from .expectations import offset_of
+from .expectations import moved_by, offset_of
 
 ROUNDS = 8
 """Images with and without the rule: their spread is the error of the difference."""
@@ -43,10 +43,7 @@ def rule_error(scene: Scene, seed: int, executor: Executor | None = None) -> tup
     estimator = Area(samples=side * side, stratified=True)
     steps = []
     for state in np.random.SeedSequence(seed).generate_state(ROUNDS):
-        moved, plain = (
-            render(scene, estimator, seed=int(state), executor=executor, offset=offset).mean for offset in (rule, None)
-        )
-        steps.append(moved - plain)
+        steps.append(moved_by(rule, scene, estimator, int(state), executor))
         if not prepare(scene).needs.random:
             break
     found = np.stack(steps)

@@ -23,7 +23,7 @@ from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 from nusselt.renderer.visibility.ray_offset import RayOffset
 
-from .ceiling import sample_ceilings
+from .ceiling import grain_of_reference, sample_ceilings
 from .unlit import unlit
 
 
@@ -92,9 +92,14 @@ def shadow_offset(scene: Scene, seed: int, executor: Executor | None = None) -> 
     rays = scene.width * scene.height * max(len(scene.lights), 1)
     side = math.isqrt(max(1, min(64, (1 << 24) // (rays * 4))))
     estimator = Area(samples=side * side, stratified=True)
+    return np.asarray(moved_by(rule, scene, estimator, seed, executor).mean(axis=0))
+
+
+def moved_by(rule: RayOffset, scene: Scene, estimator: Estimator, seed: int, executor: Executor | None) -> Floats:
+    """An image of ours with a rule of shadow rays less one without it, the same random numbers in both; (3, h, w)."""
     plain = render(scene, estimator, seed=seed, executor=executor)
     moved = render(scene, estimator, seed=seed, executor=executor, offset=rule)
-    return np.where(plain.shaded, (moved.mean - plain.mean).mean(axis=0), 0.0)
+    return np.where(plain.shaded, moved.mean - plain.mean, 0.0)
 
 
 Offsets = dict[tuple[str, int], Floats | None]
@@ -129,10 +134,9 @@ def with_grains(
         return expectations
     ceilings = sample_ceilings(appearance(scene))
     ours = (scene.spp if scene.spp > 1 else estimator.samples) * passes
-    theirs = np.maximum(reference.light_samples or (reference.samples,), 1)
     return replace(
         expectations,
         # Points in common meet many pixels at once: how much their passes differ tells their noise.
         grain=None if estimator.shares_points else ceilings.max(axis=0, initial=0.0) / ours,
-        reference_grain=(ceilings / np.reshape(theirs, (-1, 1, 1))).max(axis=0, initial=0.0),
+        reference_grain=grain_of_reference(ceilings, reference),
     )

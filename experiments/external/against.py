@@ -84,22 +84,33 @@ def judged_against(
     seen : Image
         From `stage`.
     """
-    against = _judged(scene, brought, raws, question, truth, seen, picks=False)
-    if against.verdict.word != "differs" or len(scene.lights) < 2:
-        return against
-    picked = _judged(scene, brought, raws, question, truth, seen, picks=True)
-    return against if picked.verdict.word == "differs" else picked
-
-
-def _judged(
-    scene: Scene, brought: Brought, raws: list[Raw], question: Question, truth: Truth, seen: Image, picks: bool
-) -> Against:
     estimator, rays = supposed_sampling(scene, question)
     renders = own_renders(scene, estimator, rays)
     known = len(renders.passes) > 1
     supposed = renders if known else own_renders(scene, Area(samples=estimator.samples), rays)
     draws = estimator.samples if scene.spp == 1 else rays
-    noise = noise_of(scene, draws, seen, truth, supposed, least=1.0 if known else 0.0, picks=picks)
+
+    def judged(picks: bool) -> Against:
+        noise = noise_of(scene, draws, seen, truth, supposed, least=1.0 if known else 0.0, picks=picks)
+        return _judged(scene, brought, raws, question, truth, seen, renders, noise)
+
+    against = judged(picks=False)
+    if against.verdict.word != "differs" or len(scene.lights) < 2:
+        return against
+    picked = judged(picks=True)
+    return against if picked.verdict.word == "differs" else picked
+
+
+def _judged(
+    scene: Scene,
+    brought: Brought,
+    raws: list[Raw],
+    question: Question,
+    truth: Truth,
+    seen: Image,
+    renders: Renders,
+    noise: Noise,
+) -> Against:
     quantiser = brought.quantiser
     if quantiser.top and not brought.rule_given:
         quantiser = _found_out(seen, raws, quantiser, truth.reference, noise)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from nusselt.experiments.check.ceiling import sample_ceilings
+from nusselt.experiments.check.ceiling import grain_of_reference, sample_ceilings
 from nusselt.renderer.image import Image
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Bools, Floats
@@ -81,8 +81,7 @@ def noise_of(
     mean = truth.reference.mean
     grey, boxed = mean.mean(axis=0), scene.spp > 1
     ceilings = sample_ceilings(scene.with_(spp=1) if truth.exact else scene)
-    theirs = np.maximum(truth.reference.light_samples or (truth.reference.samples,), 1)
-    reference_grain = (ceilings / np.reshape(theirs, (-1, 1, 1))).max(axis=0, initial=0.0)
+    reference_grain = grain_of_reference(ceilings, truth.reference)
     ceiling = ceilings.max(axis=0, initial=0.0)
     lights = len(scene.lights)
     if picks:  # n lights: each weighs n times as much, and a visible one brings no more than all of them

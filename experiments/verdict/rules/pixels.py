@@ -67,7 +67,7 @@ class Pixels:
     @staticmethod
     def _pixels(ours: Side, theirs: Side, evidence: Evidence, factor: Floats, level: float) -> Bools:
         mean = np.maximum(ours.grey, theirs.grey)
-        size = np.abs(ours.grey - theirs.grey) - _allowed(evidence, mean)
+        size = np.abs(ours.grey - theirs.grey) - _allowed(evidence, mean, ours is evidence.ours)
         variance, grain = bounded(evidence, (ours, theirs), mean, factor)
         return np.asarray(tail(np.maximum(size, 0.0), variance, grain) < np.log(level / 2))
 
@@ -134,7 +134,7 @@ def bounded(evidence: Evidence, sides: tuple[Side, Side], mean: Floats, factor: 
         if side.sampled and side.grain is not None:
             grain = np.broadcast_to(side.grain, mean.shape) * times
             seen = side.grey_variance
-            if seen.shape[-1] == evidence.place.size:
+            if sides[0] is evidence.ours:
                 seen = np.maximum(seen, around(evidence, seen) / around(evidence, np.ones(seen.shape)))
             variance = variance + np.minimum(np.maximum(mean, 0.0) * grain, SAFETY * seen + grain**2)
             largest = np.maximum(largest, grain)
@@ -147,11 +147,10 @@ def around(evidence: Evidence, values: Floats) -> Floats:
     return np.asarray(summed.reshape(len(values), -1)[:, evidence.place])
 
 
-def _allowed(evidence: Evidence, mean: Floats) -> Floats:
-    """What a pixel may be off by, (b, n): its margin, and thrice what the reference's own shadow rays bring."""
+def _allowed(evidence: Evidence, mean: Floats, judged: bool = True) -> Floats:
+    """What a pixel may be off by, (b, n): its margin; where judged, also thrice the reference's own shadow offset."""
     margin = (TILE_MARGIN * evidence.margin + ROUNDING) * np.maximum(evidence.scale[:, None], np.abs(mean))
-    same = np.ndim(evidence.offset) and np.shape(evidence.offset)[-1] == mean.shape[-1]
-    return np.asarray(margin + (3 * np.abs(evidence.offset) if same else 0.0))
+    return np.asarray(margin + (3 * np.abs(evidence.offset) if judged else 0.0))
 
 
 def _finds(evidence: Evidence, factor: Floats, level: float) -> Floats:

@@ -64,8 +64,7 @@ class VarianceRatio:
     share: float = 1.0
 
     def __call__(self, evidence: Evidence, level: float) -> Finding:
-        known = evidence.variance is not None and evidence.variance.shape[-1] >= 2
-        if evidence.variance is None or not known or evidence.ours.passes.shape[-1] < 2:
+        if evidence.variance is None or min(evidence.variance.shape[-1], evidence.ours.passes.shape[-1]) < 2:
             return Finding(evidence.nowhere, lambda k: "", figures=dict.fromkeys(FIGURES))
         ratio = variance_ratio(evidence.ours.grey_variance, evidence.variance, level)
         off, claimed = ratio.fails, evidence.claims_variance
