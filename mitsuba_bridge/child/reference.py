@@ -46,8 +46,8 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
     shaded = np.flatnonzero((emitter < 1) & (background < 1))
     lights = np.flatnonzero(emitter == 1)  # without noise: one sample each
     groups = _groups(description["lights"], description["boxed"])
-    loaded = _Loaded(description, folder)
-    sources: list[Any] = [_Lit(loaded, camera, n, group, shaded, seed) for n, group in enumerate(groups)]
+    switches = _Switches(description, folder)
+    sources: list[Any] = [_Lit(switches, camera, n, group, shaded, seed) for n, group in enumerate(groups)]
     mean, variance = np.zeros((3, width * height)), np.zeros((3, width * height))
     pixel_variance = np.zeros(width * height)
     if lights.size:
@@ -131,33 +131,43 @@ def _pass_means(values: list[list[float]], passes: int) -> Array:
     return found
 
 
-MOST_SCENES = 12
-"""Lights that are lit one by one. With more, those with an extent share so many scenes: Mitsuba picks one of a scene's
-lights a sample, by a stratified number, which costs less than the many scenes would."""
+MOST_APART = 12
+"""Lights that are lit one by one. More of them, with an extent, go in so many groups: Mitsuba picks one of a group's
+lights a sample, by a stratified number, which is less noise than many small passes take time."""
 
 
 def _groups(lights: list[dict[str, Any]], boxed: bool) -> list[tuple[int, ...]]:
-    """The numbers of the lights of each scene. Those without extent have no noise, and stay alone."""
+    """The numbers of the lights that are lit together. Those without extent have no noise, and stay alone."""
     wide = [number for number, light in enumerate(lights) if boxed or "radiance" in light]
-    if len(wide) <= MOST_SCENES:
+    if len(wide) <= MOST_APART:
         return [(number,) for number in range(len(lights))]
     alone = [(number,) for number in range(len(lights)) if number not in set(wide)]
-    return [*(tuple(wide[k::MOST_SCENES]) for k in range(MOST_SCENES)), *alone]
+    return [*(tuple(wide[k::MOST_APART]) for k in range(MOST_APART)), *alone]
 
 
-class _Loaded:
-    """The scene that was last asked for, and no other: loading one takes 5 ms, and often a new kernel (0.4 s)."""
+class _Switches:
+    """The scene with all its lights, of which some are on: the others are black, and never sampled.
+
+    The same bits as a scene with these lights alone, and no scene, nor kernel (0.4 to 1.4 s), for each.
+    """
 
     def __init__(self, description: dict[str, Any], folder: Path) -> None:
-        self.description, self.folder = description, folder
-        self.lit: tuple[int, ...] | None = None
-        self.scene: Any = None
+        self.description = description
+        self.all = self.lit = tuple(range(len(description["lights"])))
+        self.scene = mi.load_dict(scene_dict(description, folder, self.all))
+        self.values = mi.traverse(self.scene) if len(self.all) > 1 else {}
 
     def lighting(self, lit: tuple[int, ...]) -> Any:
         """The scene with these lights on."""
-        if lit != self.lit:
-            self.scene, self.lit = None, lit  # gone before the next is there
-            self.scene = mi.load_dict(scene_dict(self.description, self.folder, lit))
+        for number in set(self.lit) ^ set(lit):
+            light, on = self.description["lights"][number], number in lit
+            body = f"light{number}.emitter" if "to_world" in light else f"light{number}"
+            self.values[f"{body}.sampling_weight"] = float(on)
+            if "to_world" in light:
+                self.values[f"{body}.radiance.value"] = mi.Color3f(light["radiance"] if on else [0.0, 0.0, 0.0])
+        if self.lit != lit:
+            self.values.update()
+            self.lit = lit
         return self.scene
 
 
@@ -165,12 +175,12 @@ class _Lit:
     """The scene with a light on, or some."""
 
     def __init__(
-        self, loaded: _Loaded, camera: Any, number: int, lit: tuple[int, ...], shaded: Array, seed: int
+        self, switches: _Switches, camera: Any, number: int, lit: tuple[int, ...], shaded: Array, seed: int
     ) -> None:
-        self.loaded, self.lit = loaded, lit
+        self.switches, self.lit = switches, lit
         self.camera, self.number, self.shaded, self.seed = camera, number, shaded, seed
-        lights = [loaded.description["lights"][each] for each in lit]
-        boxed = loaded.description["boxed"]
+        lights = [switches.description["lights"][each] for each in lit]
+        boxed = switches.description["boxed"]
         self.random = boxed or any(max(light.get("radiance", [0.0])) > 0 for light in lights)
         """Whether samples can differ. A pilot alone cannot tell: it may miss a slit that the light comes through."""
         self.seconds: dict[int, float] = {}
@@ -178,7 +188,7 @@ class _Lit:
 
     @property
     def scene(self) -> Any:
-        return self.loaded.lighting(self.lit)
+        return self.switches.lighting(self.lit)
 
     def run(self, samples: int, number: int, stage: int) -> Array:
         seed = _stream(self.seed, self.number, stage, number)

@@ -296,3 +296,30 @@ def test_a_scene_without_lights_is_black_without_being_rendered():
     assert not seen.mean.any()
     assert not seen.standard_error.any()
     assert (seen.background == 0).all()
+
+
+def lamps(count: int) -> tuple[QuadLight, ...]:
+    """In a row over the floor, each of its own colour; by turns one lights the floor and one is seen to shine."""
+    width, found = 2.0 / count, []
+    for k in range(count):
+        edges = (0, 0, 0.5), (0.8 * width, 0, 0)
+        ab, ac = edges if k % 2 == 0 else edges[::-1]
+        found.append(QuadLight((k * width - 1.0, 1.0 + 0.05 * k, -0.3), ab, ac, (1.0 + k, 2.0, count - k)))
+    return tuple(found)
+
+
+@pytest.mark.parametrize("spp", [1, 4], ids=["centres", "boxes"])
+@pytest.mark.parametrize("count", [2, 14], ids=["apart", "in groups"])
+def test_lights_together_are_their_sum(count, spp):
+    """The others' bodies stay in their way and in view: each alone has them black."""
+    every = lamps(count)
+    made = scene(GROUND, lights=every, camera=DOWN, size=(12, 9), spp=spp)
+    together = reference(made, target=2e-3)
+    black = [
+        tuple(other if other is light else other.with_colour((0.0, 0.0, 0.0)) for other in every) for light in every
+    ]
+    alone = [reference(made.with_(lights=lights), target=2e-3, seed=9 + k) for k, lights in enumerate(black)]
+    mean = sum(each.mean for each in alone)
+    error = np.sqrt(together.standard_error**2 + sum(each.standard_error**2 for each in alone))
+    assert (together.mean[:, together.emitter > 0].max(axis=0) > 1).any()
+    assert (np.abs(together.mean - mean) <= 7 * error + 1e-4 * mean).all()
