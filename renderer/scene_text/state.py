@@ -173,8 +173,8 @@ class SceneState:
         surface, dropped = replace(surface, vertices=vertices).with_area()
         if not surface.triangles.size:
             raise InputError("mesh", f"{name}, no area", "a triangle that spans an area")
-        if dropped:
-            self.warn(f"{count(dropped, 'triangle')} of {name} without area: dropped", self.place)
+        for note in (*surface.notes, *[f"{count(dropped, 'triangle')} without area: dropped"] * bool(dropped)):
+            self.warn(f"{name}: {note}", self.place)
         self._close_mesh()
         self._meshes.append(Mesh(surface.vertices, surface.triangles, self._material))
         self._tell_emission()
