@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.lights import Light
+from nusselt.renderer.lights import Light, PointLight
 from nusselt.renderer.mesh_files import find_inside, read_mesh_file
 from nusselt.renderer.scene import INTEGRATORS, Camera, Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
@@ -55,7 +55,12 @@ class SceneState:
         self._parameters: dict[str, Any] = {}  # of lobes, by command
         self._material, self._emission_line = Material(), 0
         self._meshes, self._ellipsoids, self._lights = list[Mesh](), list[Ellipsoid](), list[Light]()
+        self._attenuated, self._bare_point = False, 0  # is there a law for points, line of the first without one
         self._warned: dict[str, list[Any]] = {}  # by message: its first place, how often
+
+    @property
+    def is_pushed(self) -> bool:
+        return bool(self._pushed)
 
     @property
     def place(self) -> str:
@@ -81,6 +86,7 @@ class SceneState:
                 raise InputError(needed, "missing", accepted, self.place)
         width, height = self._settings["size"][0]
         integrator = self._integrator()
+        self._tell_falloff()
         try:
             return Scene(
                 width=width,
@@ -115,10 +121,20 @@ class SceneState:
             self.warn("no integrator and no lightsamples: direct is used, 1 sample per light", f"{self.where}:{line}")
         return str(name) if name in INTEGRATORS else "direct"
 
+    def _tell_falloff(self) -> None:
+        """CSE 167's rule, where a file looks like one of its."""
+        is_old = self._setting("integrator", "raytracer") == "raytracer" and not any(x.has_extent for x in self._lights)
+        if self._bare_point and is_old:
+            message = "point without attenuation: in CSE 167 it does not fall off, here light falls off as 1/R^2"
+            self.warn(message, f"{self.where}:{self._bare_point}")
+
     def size(self, width: int, height: int) -> None:
         self._set("size", (width, height))
 
     def output(self, name: str) -> None:
+        *folder, name = name.replace("\\", "/").split("/")
+        if folder:
+            self.warn("output: its folder is ignored", self.place)
         self._set("output", check_output(name))
 
     def camera(self, *v: float) -> None:
@@ -143,8 +159,20 @@ class SceneState:
     def accepted(self, count: int) -> None:
         """Of other homeworks; direct lighting does not need it."""
 
+    def gamma(self, exponent: float) -> None:
+        if exponent != 1:
+            self.warn(
+                f"gamma {exponent:g} ignored: images are linear; only how a PNG is written would change", self.place
+            )
+
+    def brdf(self, name: str) -> None:
+        if name != "phong":
+            raise InputError("brdf", name, "phong, with its diffuse, specular and shininess: no other is supported")
+
     def attenuation(self, *factors: float) -> None:
-        self.warn("attenuation ignored: light falls off as 1/R^2", self.place)
+        self._attenuated = True
+        if factors != (0, 0, 1):
+            self.warn("attenuation ignored: light falls off as 1/R^2", self.place)
 
     def ambient(self, *colour: float) -> None:
         self.warn("ambient ignored: it is not direct lighting", self.place)
@@ -241,3 +269,5 @@ class SceneState:
 
     def light(self, light: Light) -> None:
         self._lights.append(light)
+        if isinstance(light, PointLight) and not self._attenuated and not self._bare_point:
+            self._bare_point = self.line
