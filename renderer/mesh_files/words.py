@@ -13,12 +13,15 @@ LONGEST = 63
 
 
 def floats(words: list[bytes]) -> NDArray[np.float64]:
-    """Each word's number, NaN where it is none: ``nan``, ``-nan(ind)``, ``1.#QNAN``, ``1,5``."""
+    """Each word's number; NaN where it is none or not finite: ``nan``, ``-nan(ind)``, ``1.#QNAN``, ``inf``, ``1,5``."""
     text = b"".join(words)
-    is_plain = b"_" not in text and b"\0" not in text  # 1_0 is ten in Python alone
-    if is_plain and max(map(len, words), default=0) <= LONGEST:
+    # 1_0 is ten in Python alone
+    is_plain = b"_" not in text and b"\0" not in text and max(map(len, words), default=0) <= LONGEST
+    if is_plain:
         try:
-            return np.array(words, dtype="S").astype(np.float64)
+            values = np.array(words, dtype="S").astype(np.float64)
         except ValueError:
-            pass
-    return np.array([float(word) if NUMBER.fullmatch(word) else np.nan for word in words], dtype=np.float64)
+            is_plain = False
+    if not is_plain:
+        values = np.array([float(word) if NUMBER.fullmatch(word) else np.nan for word in words], dtype=np.float64)
+    return np.where(np.isinf(values), np.nan, values)

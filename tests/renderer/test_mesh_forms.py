@@ -281,3 +281,12 @@ def test_a_scene_says_what_its_mesh_holds_besides(tmp_path: Path) -> None:
         "4: m.obj: 1 face of fewer than three corners: dropped",
         "4: m.obj: 1 triangle without area: dropped",
     ]
+
+
+def test_one_long_word_widens_no_other(tmp_path: Path) -> None:
+    """A table as wide as its longest word would take 40 GB here."""
+    head, rows = VERTEX.replace("4", "10000"), ["1 2 3"] * 9996
+    surface = read(tmp_path, "a.ply", ascii_ply(head + FACE, *ROWS, *rows, "4 0 1 2 3", "1" * 1_000_000))
+    assert area(surface) == 12
+    surface = read(tmp_path, "a.obj", V + "v 1 2 3\n" * 9996 + f"v 0.{'0' * 1_000_000}1 0 0\nf 1 2 3 4")
+    assert area(surface) == 12
