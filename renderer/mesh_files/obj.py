@@ -39,7 +39,7 @@ REFUSED = {
     **dict.fromkeys((b"call", b"csh"), "one file: commands that bring in others are not supported"),
     **dict.fromkeys((b"V", b"F"), "lower-case v and f lines"),
 }
-_COMMENT = re.compile(rb"#[^\n]*")
+_COMMENT = re.compile(rb"#(?<=[ \t\n]#)[^\n]*")  # not the # of 1.#QNAN; looked back from a # it is found fast
 _CONTINUED = re.compile(rb"\\[ \t]*\n")
 _CORNER = re.compile(rb"([+-]?\d{1,18})(?:/\S*)?")
 _AFTER_SLASH = re.compile(rb"/\S*")
@@ -73,11 +73,13 @@ def _left_out(names: list[str]) -> tuple[str, ...]:
 
 def _lines(data: bytes) -> tuple[list[bytes], NDArray[np.int64]]:
     """Logical lines without comments, and the number of each one's first line in the file."""
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise InputError("text", "UTF-16", "ASCII or UTF-8")
     data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if (count := data.count(b"\n")) >= MAX_LINES:
         raise InputError("lines", count, f"fewer than {MAX_LINES}")
     # A carriage return, white space that no longer occurs, stands for a line that goes on: lines keep their numbers.
-    data = _CONTINUED.sub(b"\r", _COMMENT.sub(b"", data))
+    data = _CONTINUED.sub(b"\r", _COMMENT.sub(b"", b"\n" + data)[1:])
     lines = data.split(b"\n")
     lengths = np.ones(len(lines), dtype=np.int64)
     if b"\r" in data:

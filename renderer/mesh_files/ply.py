@@ -3,6 +3,9 @@
 Lists make records of unequal length. Where all records are as long as the first their starts are known at once;
 otherwise they are found by pointer doubling: from the map "next record, were one to start here" to the set of all
 starts in log2(n) array steps. Places are bytes in a binary file and words in an ASCII one.
+
+An ASCII file has a record a line. Some programs write more words on a line than their header says (MeshLab, colours of
+faces): the words to spare are left out, and said. Where records go over lines the file is one stream of words.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.words import count
 
 from .surface import Surface, from_polygons
 from .words import floats
@@ -64,10 +68,10 @@ class _Element:
 class _Body:
     """What follows the header, as numbers at places."""
 
-    def __init__(self, data: bytes, start: int, order: str) -> None:
+    def __init__(self, data: bytes, start: int, order: str, words: Floats | None = None) -> None:
         self._order, self._data, self.place = order, data, start if order else 0
-        self._words = np.empty(0) if order else floats(data[start:].split())
-        self.end = len(data) if order else self._words.size
+        self.words = floats([] if order else data[start:].split()) if words is None else words
+        self.end = len(data) if order else self.words.size
 
     def size(self, kind: str) -> int:
         return np.dtype(kind).itemsize if self._order else 1
@@ -75,7 +79,7 @@ class _Body:
     def at(self, places: Integers, kind: str) -> Floats:
         """Numbers of a type; a place past the end gives the last one."""
         if not self._order:
-            return self._words[np.minimum(places, self.end - 1)]
+            return self.words[np.minimum(places, self.end - 1)]
         last = self.end - np.dtype(kind).itemsize
         numbers = np.ndarray((last + 1,), dtype=self._order + kind, buffer=self._data, strides=(1,))
         return numbers[np.minimum(places, last)].astype(np.float64)
@@ -84,7 +88,14 @@ class _Body:
 def read_ply(data: bytes) -> Surface:
     """The surface in a PLY file's bytes; raises InputError naming what is wrong."""
     order, elements, start = _header(data)
-    body, faces, left_out = _Body(data, start, order), [], []
+    body = _Body(data, start, order)
+    words, spare = (body.words, 0) if order else _record_a_line(elements, body, data[start:])
+    note = f"{count(spare, 'line')} with more words than the header says: their ends left out"
+    return _surface(elements, _Body(data, start, order, words), (note,) if spare else ())
+
+
+def _surface(elements: list[_Element], body: _Body, notes: tuple[str, ...]) -> Surface:
+    faces, left_out = [], []
     for element in elements:
         read = _records(element, body)
         if element.name == "vertex":
@@ -95,10 +106,34 @@ def read_ply(data: bytes) -> Surface:
             faces.append(_strips(counts, corners) if element.name == "tristrips" else (counts, corners))
         spare = [p.name for p in element.properties if p not in element.shape.values()]
         left_out += [f"{element.name} {' '.join(spare)}"] * bool(spare)
-    shown = ", ".join(left_out)[:200].encode("unicode_escape").decode("ascii")
-    notes = (f"shapes alone are read, without {shown}",) if left_out else ()
+    if left_out:
+        shown = ", ".join(left_out)[:200].encode("unicode_escape").decode("ascii")
+        notes += (f"shapes alone are read, without {shown}",)
     counts, corners = (np.concatenate(parts) for parts in zip(*faces, strict=True))
     return from_polygons(vertices, counts, corners, corners, "vertex {}".format, "face {}".format, notes)
+
+
+def _record_a_line(elements: list[_Element], body: _Body, text: bytes) -> tuple[Floats, int]:
+    """The words of an ASCII file that records take, and how many lines have more."""
+    lengths = np.array([len(line.split()) for line in text.splitlines()], dtype=np.int64)
+    lengths = lengths[lengths > 0]
+    starts, spare, change = np.cumsum(lengths) - lengths, 0, np.zeros(body.end + 1, dtype=np.int64)
+    listed = [element for element in elements if element.count and element.properties]
+    has_as_many = lengths.size == sum(element.count for element in listed)
+    for element in listed:
+        begin, given = starts[: element.count], lengths[: element.count]
+        ends = _ends(element, body, begin)
+        if begin.size < element.count or (ends > begin + given).any():
+            if has_as_many:
+                k = int((ends > begin + given).argmax())
+                accepted = f"the {ends[k] - begin[k]} that its header and lists ask for"
+                raise InputError(f"{element.name} {k}", f"{given[k]} words on its line", accepted)
+            return body.words, 0
+        spare += int((ends < begin + given).sum())
+        change[begin] += 1
+        change[ends] -= 1
+        starts, lengths = starts[element.count :], lengths[element.count :]
+    return body.words[np.cumsum(change)[:-1] > 0], spare
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], int]:
@@ -192,24 +227,26 @@ def _walk(element: _Element, body: _Body, starts: Integers) -> Iterator[tuple[_P
     yield _END, none, at
 
 
+def _ends(element: _Element, body: _Body, starts: Integers) -> Integers:
+    for _, _, places in _walk(element, body, starts):
+        last = places
+    return last
+
+
 def _starts(element: _Element, body: _Body, short: InputError) -> Integers:
     """Where each record starts; bounded by the body's end even where its counts are nonsense."""
-
-    def ends(starts: Integers) -> Integers:
-        for _, _, places in _walk(element, body, starts):
-            last = places
-        return last
-
     first = np.array([body.place])
-    stride = int(ends(first)[0]) - body.place
+    stride = int(_ends(element, body, first)[0]) - body.place
     if body.place + element.count * stride <= body.end:
         starts = body.place + np.arange(element.count) * stride
-        if (ends(starts) == starts + stride).all():
+        if (_ends(element, body, starts) == starts + stride).all():
             return starts
     size = body.end - body.place
     if size > MAX_UNEVEN:
         raise InputError(element.name, "records of unequal length", f"at most {MAX_UNEVEN} bytes of such records")
-    step = np.append(np.minimum(ends(body.place + np.arange(size)) - body.place, size), size)  # the end stays there
+    step = np.append(
+        np.minimum(_ends(element, body, body.place + np.arange(size)) - body.place, size), size
+    )  # the end stays there
     starts = np.zeros(1, dtype=np.int64)
     while starts.size < element.count:
         starts = np.concatenate((starts, step[starts]))

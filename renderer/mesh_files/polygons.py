@@ -1,9 +1,10 @@
 """Polygons cut into triangles: fans from the first corner, and ears where a fan would leave the polygon.
 
-A polygon's front and plane are those of its area vector, the sum of its fan's. Where no triangle of the fan turns
-against it the fan covers the polygon once, whatever its outline; where one does, the polygon is concave as seen from
-that corner and is cut by its ears in that plane. A polygon that has no ears crosses itself: no cut of it is right,
-and it keeps its fan. Corners off the plane stay where they are.
+A polygon's front and plane are those of its area vector, the sum of its fan's. Where every triangle of the fan turns
+its way the fan covers the polygon once, whatever its outline. Where one turns against it the polygon is concave as seen
+from that corner; where one is flat three corners lie in line, and a neighbour that has an edge between two of them
+would part from it. Both are cut by their ears in that plane. A polygon that has no ears crosses itself: no cut of it
+is right, and it keeps its fan. Corners off the plane stay where they are.
 """
 
 from __future__ import annotations
@@ -48,19 +49,20 @@ def cut(vertices: Floats, counts: Integers, corners: Integers) -> tuple[Integers
     if not several.size:
         return triangles, []
     with np.errstate(over="ignore", invalid="ignore"):  # what overflows has no plane: it stays a fan
-        normals, concave, bent = _planes(vertices, triangles[:, np.repeat(counts > 3, wings)], wings[several])
+        normals, concave, straight, bent = _planes(vertices, triangles[:, np.repeat(counts > 3, wings)], wings[several])
     sizes, at, crossing = counts[several], np.cumsum(wings) - wings, 0
-    if (sizes[concave].astype(float) ** 2).sum() > MAX_WORK:
-        most = f"up to {int(sizes[concave].max())} corners"
+    by_ears = concave | straight
+    if (sizes[by_ears].astype(float) ** 2).sum() > MAX_WORK:
+        most = f"up to {int(sizes[by_ears].max())} corners"
         raise InputError("concave polygons", most, "fewer or smaller ones, or triangles")
-    for size in np.unique(sizes[concave]).tolist():
-        alike = np.flatnonzero(concave & (sizes == size))
+    for size in np.unique(sizes[by_ears]).tolist():
+        alike = np.flatnonzero(by_ears & (sizes == size))
         for part in np.array_split(alike, -(-alike.size * size // CORNERS)):
             index = corners[starts[several[part]][:, None] + np.arange(size)]
             ears, is_cut = cut_ears(_flattened(vertices[:, index], normals[:, part]))
             rows = at[several[part]][is_cut, None] + np.arange(size - 2)
             triangles[:, rows] = index[np.flatnonzero(is_cut)[:, None], ears[:, is_cut]]
-            crossing += int((~is_cut).sum())
+            crossing += int((concave[part] & ~is_cut).sum())
     return triangles, _notes(int(concave.sum()) - crossing, crossing, bent)
 
 
@@ -76,8 +78,10 @@ def _notes(concave: int, crossing: int, bent: int) -> list[str]:
     ]
 
 
-def _planes(vertices: Floats, fan: Integers, wings: Integers) -> tuple[Floats, NDArray[np.bool_], int]:
-    """Unit normals (3, p) of polygons, which of them their fans leave, and how many are not flat."""
+def _planes(
+    vertices: Floats, fan: Integers, wings: Integers
+) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_], int]:
+    """Unit normals (3, p) of polygons, which their fans leave, which have flat wings, and how many are not flat."""
     at = np.cumsum(wings) - wings
     a, b, c = (vertices[:, corner] for corner in fan)
     e, f = b - a, c - a
@@ -89,13 +93,14 @@ def _planes(vertices: Floats, fan: Integers, wings: Integers) -> tuple[Floats, N
     normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0)
     n = np.repeat(normals, wings, axis=1)
     sizes = np.maximum((e**2).sum(axis=0), (f**2).sum(axis=0))
-    against = (vectors * n).sum(axis=0) < -ROUNDING * sizes
+    along = (vectors * n).sum(axis=0)
+    has = [np.logical_or.reduceat(w, at) for w in (along < -ROUNDING * sizes, np.abs(along) <= ROUNDING * sizes)]
     heights = np.stack(((e * n).sum(axis=0), (f * n).sum(axis=0)))
     spread = np.maximum.reduceat(heights.max(axis=0), at).clip(0) - np.minimum.reduceat(heights.min(axis=0), at).clip(
         max=0
     )
     bent = int((spread > FLAT * np.sqrt(np.maximum.reduceat(sizes, at))).sum())
-    return normals, np.logical_or.reduceat(against, at), bent
+    return normals, has[0], has[1] & (length > 0), bent
 
 
 def _flattened(points: Floats, normals: Floats) -> Floats:

@@ -32,7 +32,10 @@ def area(surface: Surface) -> float:
 OBJ = {
     "plain": (V + "f 1 2 3 4", ()),
     "a line that goes on": ("v 0 \\\n0 \\  \n1\nv 4 0 1\nv 4 0 -2\nv 0 0 -2\nf 1 2 \\\n3 4", ()),
-    "comments at line ends": (V.replace("\n", " # a corner, and long words after it\n") + "f 1 2 3 4# the floor\n", ()),
+    "comments at line ends": (
+        V.replace("\n", " # a corner, and long words after it\n") + "f 1 2 3 4 # the floor\n",
+        (),
+    ),
     "a comment that ends in a backslash": ("# C:\\models\\\n" + V + "f 1 2 3 4", ()),
     "carriage returns alone": ((V + "f 1 2 3 4\n").replace("\n", "\r"), ()),
     "carriage returns too": ((V + "f 1 2 3 4\n").replace("\n", "\r\n"), ()),
@@ -45,6 +48,7 @@ OBJ = {
     "faces before vertices": ("f 1 2 3 4\n" + V, ()),
     "the older fo": (V + "fo 1 2 3 4", ()),
     "faces of two corners": (V + "f 1 2\nf 1 2 3 4\nf 3\nf\n", ("3 faces of fewer than three corners: dropped",)),
+    "a NaN of another spelling": ("v 1.#QNAN 0 -1.#IND\n" + V + "f 2 3 4 5", ()),
     "a NaN that no face uses": ("v nan -nan(ind) inf\n" + V + "f 2 3 4 5", ()),
     "normals": ("vn nan nan nan\nvn 1.#QNAN 0 0\n" + V + "f 1//1 2//1 3//2 4//2", (f"{LEFT}normals",)),
     "colours": (V.replace("\n", " .1 .2 .3\n") + "f 1 2 3 4", (f"{LEFT}colours or weights of vertices",)),
@@ -91,6 +95,7 @@ BAD_OBJ = {
     "too far back": (V + "f 1 2 -5", "line 5, f index = -5: expected a vertex of the 4 in the file"),
     "a NaN that a face uses": ("v nan 0 0\n" + V + "f 1 2 3", "line 1, v = (nan, 0.0, 0.0): expected finite"),
     "decimal commas": ("v 0,5 0 1\n" + V, "line 1 = v 0,5 0 1: expected three numbers"),
+    "UTF-16": ("\ufeff" + V, "text = UTF-16: expected ASCII or UTF-8"),
     "two coordinates": (V + "v 1 2\n", "line 5 = v 1 2: expected v x y z"),
     "free-form surfaces": (V + "f 1 2 3\nsurf 0 1 0 1 1 2 3 4", "polygons: free-form surfaces are not supported"),
     "other files": ("call other.obj\n" + V, "line 1 = call other.obj: expected one file"),
@@ -105,7 +110,7 @@ BAD_OBJ = {
 def test_a_bad_obj_is_one_line_with_its_line(tmp_path: Path, what: str) -> None:
     text, said = BAD_OBJ[what]
     with pytest.raises(InputError) as caught:
-        read(tmp_path, "a.obj", text)
+        read(tmp_path, "a.obj", text.encode("utf-16-le" if what == "UTF-16" else "utf-8"))
     assert str(caught.value).startswith("a.obj: ")
     assert said in str(caught.value)
     assert str(caught.value).isprintable()
@@ -177,6 +182,14 @@ PLY = {
     "one strip": (ascii_ply(VERTEX + STRIPS, *ROWS, "4 1 2 0 3"), ()),
     "strips that begin again": (ascii_ply(VERTEX + STRIPS, *ROWS, "8 0 1 2 -1 2 3 0 -1"), ()),
     "strips joined by repeated corners": (ascii_ply(VERTEX + STRIPS, *ROWS, "9 0 1 2 2 2 0 0 2 3"), ()),
+    "more words on lines than its header says": (
+        ascii_ply(VERTEX + UV.replace("face 1", "face 2"), *ROWS, "3 0 1 2 0 3 1 1 1", "3 0 2 3 0 3 1 1 1", "the end"),
+        (
+            "2 lines with more words than the header says: their ends left out",
+            "shapes alone are read, without face texcoord",
+        ),
+    ),
+    "records over lines": (ascii_ply(VERTEX + FACE, " ".join(ROWS).replace(" ", "\n"), "4 0", "1 2", "3"), ()),
     "edges and other elements": (
         ascii_ply(
             VERTEX + FACE + "element edge 1\nproperty int a\nproperty int b\nelement empty 9\n",
@@ -216,6 +229,10 @@ BAD_PLY = {
     "counts that are floats": (ascii_ply(VERTEX + FACE.replace("uchar", "float")), "header line = property list float"),
     "64-bit indices": (ascii_ply(VERTEX + FACE.replace("int v", "int64 v")), "header line = property list uchar int64"),
     "half an index": (ascii_ply(VERTEX + FACE, *ROWS, "4 0 1 2.5 3"), "face 0 = 2.5: expected whole numbers"),
+    "a line too short, others too long": (
+        ascii_ply(VERTEX + FACE, *ROWS[:3], "0 0", "4 0 1 2 3 7 7"),
+        "vertex 3 = 2 words on its line: expected the 3 that its header and lists ask for",
+    ),
     "half a count": (ascii_ply(VERTEX + FACE, *ROWS, "3.5 0 1 2 3"), "face 0 = 3.5: expected whole numbers"),
     "a word among indices": (ascii_ply(VERTEX + FACE, *ROWS, "4 0 1 two 3"), "face 0 = nan: expected whole numbers"),
     "a negative count": (ascii_ply(VERTEX + FACE, *ROWS, "-4 0 1 2 3"), "face 0 = a negative count"),
@@ -227,7 +244,7 @@ BAD_PLY = {
     "cut short": (binary_ply("<")[:-1], "file = ends inside its 1 face records: expected as many as its header says"),
     "cut in a list nobody reads": (
         ascii_ply(VERTEX + UV, *ROWS, "4 0 1 2 3 6 0 0 1"),
-        "file = ends inside its 1 face records: expected as many",
+        "face 0 = 9 words on its line: expected the 12 that its header and lists ask for",
     ),
     "another format": (ascii_ply(VERTEX + FACE).replace("ascii", "utf8"), "header line = format utf8 1.0"),
     "a header without an end": ("ply\nformat ascii 1.0\n" + VERTEX, "header = ply"),

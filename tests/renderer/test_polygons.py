@@ -94,6 +94,21 @@ def test_every_first_corner_gives_the_same_area_at_every_scale(scale: float) -> 
         assert turns.sum() == pytest.approx(6)
 
 
+def test_corners_in_line_leave_no_gap() -> None:
+    """Every side of the outline is a side of some triangle, so that a neighbour's corners meet corners."""
+    outline = np.array([(0, 0), (1, 0), (2, 0), (4, 0), (4, 4), (2, 4), (0, 4), (0, 3)], dtype=float)
+    for first in range(8):
+        rolled = np.roll(outline, first, axis=0)
+        triangles, notes = cut(np.column_stack((rolled, np.zeros(8))).T, np.array([8]), np.arange(8))
+        a, b, c = (rolled.T[:, corner] for corner in triangles)
+        turns = (b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0]
+        assert (turns > 0).all()
+        assert turns.sum() == 32
+        sides = {(i, j) for t in triangles.T.tolist() for i, j in zip(t, t[1:] + t[:1], strict=True)}
+        assert {(k, (k + 1) % 8) for k in range(8)} <= sides
+        assert notes == []
+
+
 def test_convex_polygons_are_fans() -> None:
     angle = 2 * np.pi * np.arange(9) / 9
     triangles, notes = cut(np.stack((np.cos(angle), np.sin(angle), 0 * angle)), np.array([4, 3, 9]), np.r_[:4, :3, :9])
