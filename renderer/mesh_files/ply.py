@@ -10,10 +10,7 @@ faces): the words to spare are left out, and said. Where records go over lines t
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,48 +18,16 @@ from numpy.typing import NDArray
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.words import count
 
+from .ply_header import FACES, Element, Property, read_header
 from .surface import Surface, from_polygons
 from .words import floats
 
-TYPES = {
-    **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
-    **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
-    **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
-}
-FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-LISTS = ("vertex_indices", "vertex_index")
-MAX_HEADER = 1 << 20
 MAX_UNEVEN = 1 << 26
 """Bytes or words of an element with records of unequal length."""
-_BEGIN = re.compile(rb"ply[ \t]*(\r?\n|\r)")
+_END = Property("", "")
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-
-class _Property(NamedTuple):
-    name: str
-    kind: str
-    count_kind: str = ""  # of a list: the type of its count
-
-
-_END = _Property("", "")
-
-
-@dataclass
-class _Element:
-    name: str
-    count: int
-    properties: list[_Property] = field(default_factory=list)
-
-    @property
-    def shape(self) -> dict[str, _Property]:
-        """The properties that make a shape, by name: a position's, or the one list of a face or strip."""
-        if self.name == "vertex":
-            return {p.name: p for p in self.properties if p.name in ("x", "y", "z") and not p.count_kind}
-        is_face = self.name in ("face", "tristrips")
-        lists = [p for p in self.properties if is_face and p.name in LISTS and p.count_kind and "f" not in p.kind]
-        return {p.name: p for p in lists[:1]}
 
 
 class _Body:
@@ -87,20 +52,20 @@ class _Body:
 
 def read_ply(data: bytes) -> Surface:
     """The surface in a PLY file's bytes; raises InputError naming what is wrong."""
-    order, elements, start = _header(data)
+    order, elements, start = read_header(data)
     body = _Body(data, start, order)
     words, spare = (body.words, 0) if order else _record_a_line(elements, body, data[start:])
     note = f"{count(spare, 'line')} with more words than the header says: their ends left out"
     return _surface(elements, _Body(data, start, order, words), (note,) if spare else ())
 
 
-def _surface(elements: list[_Element], body: _Body, notes: tuple[str, ...]) -> Surface:
+def _surface(elements: list[Element], body: _Body, notes: tuple[str, ...]) -> Surface:
     faces, left_out = [], []
     for element in elements:
         read = _records(element, body)
         if element.name == "vertex":
             vertices = np.stack([read[axis][1] for axis in "xyz"])
-        elif element.name in ("face", "tristrips"):
+        elif element.name in FACES:
             ((counts, values),) = read.values()
             corners = _whole(element, counts, values)
             faces.append(_strips(counts, corners) if element.name == "tristrips" else (counts, corners))
@@ -113,7 +78,7 @@ def _surface(elements: list[_Element], body: _Body, notes: tuple[str, ...]) -> S
     return from_polygons(vertices, counts, corners, corners, "vertex {}".format, "face {}".format, notes)
 
 
-def _record_a_line(elements: list[_Element], body: _Body, text: bytes) -> tuple[Floats, int]:
+def _record_a_line(elements: list[Element], body: _Body, text: bytes) -> tuple[Floats, int]:
     """The words of an ASCII file that records take, and how many lines have more."""
     lengths = np.array([len(line.split()) for line in text.splitlines()], dtype=np.int64)
     lengths = lengths[lengths > 0]
@@ -136,55 +101,7 @@ def _record_a_line(elements: list[_Element], body: _Body, text: bytes) -> tuple[
     return body.words[np.cumsum(change)[:-1] > 0], spare
 
 
-def _header(data: bytes) -> tuple[str, list[_Element], int]:
-    begin = _BEGIN.match(data)
-    line_end = b"\r" if begin and begin[1] == b"\r" else b"\n"
-    end = data.find(line_end + b"end_header", 0, MAX_HEADER)
-    if not begin or end < 0 or (stop := data.find(line_end, end + 1)) < 0:
-        raise InputError("header", data[:20].decode("ascii", "replace"), "ply ... end_header")
-    order: str | None = None
-    elements: list[_Element] = []
-    for line in data[:end].decode("ascii", "replace").splitlines()[1:]:
-        words = line.split()
-        try:
-            if not words or words[0] in ("comment", "obj_info"):
-                continue
-            if words[0] == "format":
-                order = FORMATS[words[1]]
-            elif words[0] == "element":
-                elements.append(_Element(words[1], int(words[2])))
-                if not 0 <= elements[-1].count <= len(data):
-                    raise ValueError
-            elif words[0] == "property" and words[1] == "list":
-                elements[-1].properties.append(_Property(words[4], TYPES[words[3]], TYPES[words[2]]))
-                if "f" in TYPES[words[2]]:
-                    raise ValueError
-            elif words[0] == "property":
-                elements[-1].properties.append(_Property(words[2], TYPES[words[1]]))
-            else:
-                raise ValueError
-        except (KeyError, IndexError, ValueError):
-            raise InputError("header line", line, "a PLY format, element or property") from None
-    if order is None:
-        raise InputError("header", "no format", "format ascii, binary_little_endian or binary_big_endian")
-    _check(elements)
-    return order, elements, stop + 1
-
-
-def _check(elements: list[_Element]) -> None:
-    names = [element.name for element in elements]
-    if names.count("vertex") != 1 or names.count("face") > 1 or not {"face", "tristrips"} & set(names):
-        accepted = "vertex (x, y, z), and face or tristrips: triangles, not points alone"
-        raise InputError("elements", " ".join(names) or "none", accepted)
-    for element in elements:
-        given = " ".join(p.name for p in element.properties) or "none"
-        if element.name == "vertex" and len(element.shape) < 3:
-            raise InputError("vertex properties", given, "numbers, with x, y and z among them")
-        if element.name in ("face", "tristrips") and not element.shape:
-            raise InputError(f"{element.name} properties", given, f"a list {' or '.join(LISTS)} of whole numbers")
-
-
-def _records(element: _Element, body: _Body) -> dict[str, tuple[Integers, Floats]]:
+def _records(element: Element, body: _Body) -> dict[str, tuple[Integers, Floats]]:
     """For each property of the shape its counts (of a list) and its numbers, record after record."""
     read = {name: (np.empty(0, dtype=np.int64), np.empty(0)) for name in element.shape}
     if not element.count or not element.properties:
@@ -212,7 +129,7 @@ def _records(element: _Element, body: _Body) -> dict[str, tuple[Integers, Floats
     return read
 
 
-def _walk(element: _Element, body: _Body, starts: Integers) -> Iterator[tuple[_Property, Floats, Integers]]:
+def _walk(element: Element, body: _Body, starts: Integers) -> Iterator[tuple[Property, Floats, Integers]]:
     """Each property of records that start there: its counts if it is a list, its places; last, where they end."""
     at, none = starts, np.empty(0)
     for part in element.properties:
@@ -227,13 +144,13 @@ def _walk(element: _Element, body: _Body, starts: Integers) -> Iterator[tuple[_P
     yield _END, none, at
 
 
-def _ends(element: _Element, body: _Body, starts: Integers) -> Integers:
+def _ends(element: Element, body: _Body, starts: Integers) -> Integers:
     for _, _, places in _walk(element, body, starts):
         last = places
     return last
 
 
-def _starts(element: _Element, body: _Body, short: InputError) -> Integers:
+def _starts(element: Element, body: _Body, short: InputError) -> Integers:
     """Where each record starts; bounded by the body's end even where its counts are nonsense."""
     first = np.array([body.place])
     stride = int(_ends(element, body, first)[0]) - body.place
@@ -244,9 +161,8 @@ def _starts(element: _Element, body: _Body, short: InputError) -> Integers:
     size = body.end - body.place
     if size > MAX_UNEVEN:
         raise InputError(element.name, "records of unequal length", f"at most {MAX_UNEVEN} bytes of such records")
-    step = np.append(
-        np.minimum(_ends(element, body, body.place + np.arange(size)) - body.place, size), size
-    )  # the end stays there
+    following = _ends(element, body, body.place + np.arange(size)) - body.place
+    step = np.append(np.minimum(following, size), size)  # the end stays where it is
     starts = np.zeros(1, dtype=np.int64)
     while starts.size < element.count:
         starts = np.concatenate((starts, step[starts]))
@@ -256,7 +172,7 @@ def _starts(element: _Element, body: _Body, short: InputError) -> Integers:
     return body.place + starts[: element.count]
 
 
-def _whole(element: _Element, counts: Integers, values: Floats) -> Integers:
+def _whole(element: Element, counts: Integers, values: Floats) -> Integers:
     """Numbers of lists as whole numbers."""
     bad = np.flatnonzero(values % 1 != 0)
     if bad.size:

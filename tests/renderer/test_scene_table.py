@@ -10,7 +10,7 @@ from places import ROOT
 
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.lights import QuadLight
-from nusselt.renderer.mesh_files import obj, ply, read_mesh_file
+from nusselt.renderer.mesh_files import obj, ply_header, read_mesh_file
 from nusselt.renderer.scene_text import parse_scene
 from nusselt.renderer.scene_text.commands import COMMANDS, REFUSED
 
@@ -99,4 +99,4 @@ def test_every_keyword_of_the_format_has_one_treatment() -> None:
     kinds = [*obj.LEFT_OUT, *obj.SILENT, *obj.REFUSED, b"v", b"f", b"fo"]
     assert len(set(kinds)) == len(kinds)
     assert {word.encode() for word in WAVEFRONT.split()} <= set(kinds)
-    assert set(ply.FORMATS) == {"ascii", "binary_little_endian", "binary_big_endian"}
+    assert set(ply_header.FORMATS) == {"ascii", "binary_little_endian", "binary_big_endian"}

@@ -148,7 +148,7 @@ FILES = {
         ("commands.py", "likeness.py", "reader.py", "state.py", "transforms.py", "triangle_pile.py"),
     ),
     "obj": ("mesh_files", ("obj.py", *MESH_FILES)),
-    "ply": ("mesh_files", ("ply.py", *MESH_FILES)),
+    "ply": ("mesh_files", ("ply.py", "ply_header.py", *MESH_FILES)),
 }
 """By kind of input: the folder and files that read it."""
 

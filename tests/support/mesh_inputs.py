@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nusselt.renderer.mesh_files import obj
-from nusselt.renderer.mesh_files.ply import TYPES
+from nusselt.renderer.mesh_files.ply_header import TYPES
 
 NUMBERS = (
     *(
