@@ -69,7 +69,8 @@ def _surface(elements: list[Element], body: _Body, notes: tuple[str, ...]) -> Su
             ((counts, values),) = read.values()
             corners = _whole(element, counts, values)
             faces.append(_strips(counts, corners) if element.name == "tristrips" else (counts, corners))
-        spare = [p.name for p in element.properties if p not in element.shape.values()]
+        shape = element.shape.values()
+        spare = [p.name for p in element.properties if p not in shape]
         left_out += [f"{element.name} {' '.join(spare)}"] * bool(spare)
     if left_out:
         shown = ", ".join(left_out)[:200].encode("unicode_escape").decode("ascii")
@@ -103,7 +104,8 @@ def _record_a_line(elements: list[Element], body: _Body, text: bytes) -> tuple[F
 
 def _records(element: Element, body: _Body) -> dict[str, tuple[Integers, Floats]]:
     """For each property of the shape its counts (of a list) and its numbers, record after record."""
-    read = {name: (np.empty(0, dtype=np.int64), np.empty(0)) for name in element.shape}
+    shape = element.shape.values()
+    read = {p.name: (np.empty(0, dtype=np.int64), np.empty(0)) for p in shape}
     if not element.count or not element.properties:
         return read
     least = sum(body.size(p.count_kind or p.kind) for p in element.properties)
@@ -118,7 +120,7 @@ def _records(element: Element, body: _Body) -> dict[str, tuple[Integers, Floats]
                 raise InputError(f"{element.name} {int(counts.argmin())}", "a negative count", "0 or more entries")
             if places[-1] + counts[-1] * body.size(part.kind) > body.end:
                 raise short
-        if part in element.shape.values():
+        if part in shape:
             if part.count_kind:
                 within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
                 places = np.repeat(places, counts) + within * body.size(part.kind)
