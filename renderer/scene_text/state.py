@@ -161,9 +161,7 @@ class SceneState:
 
     def gamma(self, exponent: float) -> None:
         if exponent != 1:
-            self.warn(
-                f"gamma {exponent:g} ignored: images are linear; only how a PNG is written would change", self.place
-            )
+            self.warn("gamma ignored: images are linear; only how a PNG is written would change", self.place)
 
     def brdf(self, name: str) -> None:
         if name != "phong":

@@ -142,7 +142,7 @@ def test_one_vertex_under_two_transforms_is_two_vertices() -> None:
         ),
         ("russianroulette on", "russianroulette ignored: it ends paths, and direct light has none to end"),
         ("importancesampling brdf", "importancesampling ignored: it changes a path's noise, not its mean"),
-        ("gamma 2.2", "gamma 2.2 ignored: images are linear; only how a PNG is written would change"),
+        ("gamma 2.2", "gamma ignored: images are linear; only how a PNG is written would change"),
         ("roughness .3", "roughness ignored: brdf ggx alone has one"),
         ("output a/b/c.png", "output: its folder is ignored"),
         ("output ..\\c.png", "output: its folder is ignored"),
@@ -177,6 +177,10 @@ def test_warnings_do_not_pile_up() -> None:
     assert scene.warnings[0].endswith("1/R^2 (and 8 more)")
     assert scene.warnings[1].endswith(": ignored (and 998 more)")
     assert len(scene.warnings) == 2
+    said = "".join(
+        f"gamma {k}\nroughness {k}\noutput a{k}/b.png\nattenuation {k} 0 0\nambient {k} 0 0\n" for k in range(2, 99)
+    )
+    assert len(parse(said).warnings) == 5
 
 
 @pytest.mark.parametrize("name", ["maxdepth", "maxverts", "maxvertnorms"])
