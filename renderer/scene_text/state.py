@@ -11,7 +11,7 @@ import numpy as np
 
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.lights import Light, PointLight
-from nusselt.renderer.mesh_files import find_inside, read_mesh_file
+from nusselt.renderer.mesh_files import Surface, find_inside, read_mesh_file
 from nusselt.renderer.scene import INTEGRATORS, Camera, Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 from nusselt.renderer.validation import Vec3
@@ -55,6 +55,7 @@ class SceneState:
         self._parameters: dict[str, Any] = {}  # of lobes, by command
         self._material, self._emission_line = Material(), 0
         self._meshes, self._ellipsoids, self._lights = list[Mesh](), list[Ellipsoid](), list[Light]()
+        self._surfaces: dict[str, Surface] = {}  # by file name
         self._attenuated, self._bare_point = False, 0  # is there a law for points, line of the first without one
         self._warned: dict[str, list[Any]] = {}  # by message: its first place, how often
 
@@ -190,7 +191,9 @@ class SceneState:
         if self._folder is None:
             raise InputError("mesh", name, "a scene that is a file: a text has no folder to look in")
         try:
-            surface = read_mesh_file(find_inside(self._folder, name))
+            if name not in self._surfaces:  # a shape may stand in many places
+                self._surfaces[name] = read_mesh_file(find_inside(self._folder, name))
+            surface = self._surfaces[name]
         except InputError as error:
             raise (error.at(f"{self.place}: {error.where}") if error.where else error) from None
         x, y, z = surface.vertices

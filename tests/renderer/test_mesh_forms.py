@@ -11,7 +11,7 @@ import pytest
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.mesh_files import Surface, read_mesh_file
 from nusselt.renderer.mesh_files import ply as ply_reader
-from nusselt.renderer.scene_text import read_scene
+from nusselt.renderer.scene_text import read_scene, state
 
 POINTS = [(0, 0, 1), (4, 0, 1), (4, 0, -2), (0, 0, -2)]
 V = "".join(f"v {x} {y} {z}\n" for x, y, z in POINTS)
@@ -242,6 +242,11 @@ BAD_PLY = {
     ),
     "out of range": (ascii_ply(VERTEX + FACE, *ROWS, "4 0 1 2 4"), "face 0 index = 4: expected a vertex of the 4"),
     "cut short": (binary_ply("<")[:-1], "file = ends inside its 1 face records: expected as many as its header says"),
+    "cut before its last number": (
+        ascii_ply(VERTEX + FACE + "property uchar flags\n", order="binary_little_endian")[:-1].encode()
+        + binary_ply("<").split(b"end_header\n")[1],
+        "file = ends inside its 1 face records: expected as many as its header says",
+    ),
     "cut in a list nobody reads": (
         ascii_ply(VERTEX + UV, *ROWS, "4 0 1 2 3 6 0 0 1"),
         "face 0 = 9 words on its line: expected the 12 that its header and lists ask for",
@@ -307,3 +312,14 @@ def test_one_long_word_widens_no_other(tmp_path: Path) -> None:
     assert area(surface) == 12
     surface = read(tmp_path, "a.obj", V + "v 1 2 3\n" * 9996 + f"v 0.{'0' * 1_000_000}1 0 0\nf 1 2 3 4")
     assert area(surface) == 12
+
+
+def test_a_file_that_stands_in_many_places_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+    monkeypatch.setattr(state, "read_mesh_file", lambda path: asked.append(path.name) or read_mesh_file(path))
+    (tmp_path / "m.obj").write_text(V + "f 1 2 3 4\n")
+    places = "".join(f"translate 0 {k} 0\nmesh m.obj\n" for k in range(1, 4))
+    (tmp_path / "s.test").write_text("size 8 8\ncamera 0 3 6 0 0 0 0 1 0 40\n" + places)
+    meshes = read_scene(tmp_path / "s.test").meshes
+    assert asked == ["m.obj"]
+    assert [mesh.vertices[1].tolist() for mesh in meshes] == [[1.0] * 4, [3.0] * 4, [6.0] * 4]
