@@ -1,10 +1,10 @@
 """Triangle meshes from files of other programs: PLY (ASCII and binary) and Wavefront OBJ.
 
-Only shapes are taken: positions and faces. Normals, colours, texture coordinates, groups and materials are
-not looked at. Polygons are cut into fans from their first corner.
+Only shapes are taken: positions and faces. Of what else a file holds (normals, colours, texture coordinates,
+materials, lines) the surface's notes tell; what would be seen and cannot be read is refused.
 
-A reader of our own, because this package stands on NumPy alone and these two formats, for shapes only, are
-short: everything below is array work, bounded by the file's size.
+Readers of our own, because this package stands on NumPy alone and these two formats, for shapes only, are short:
+everything below is array work, bounded by the file's size.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""Polygons, as files list them, made into triangles."""
+"""What mesh files hold: triangles, made of the polygons that they list."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,9 @@ from numpy.typing import NDArray
 
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.surfaces import Floats, has_area
+from nusselt.renderer.words import count
+
+from .polygons import cut
 
 MAX_TRIANGLES = 1 << 23
 
@@ -22,10 +26,13 @@ class Surface:
     vertices : (3, v) float64
         Those that some triangle uses, in file order.
     triangles : (3, t) int64
+    notes : tuple of str
+        What the file holds besides, or that had to be cut: a phrase each.
     """
 
     vertices: Floats
     triangles: NDArray[np.int64]
+    notes: tuple[str, ...] = ()
 
     def with_area(self) -> tuple[Surface, int]:
         """Without the triangles that span no area, and how many those were."""
@@ -33,21 +40,29 @@ class Surface:
         good = has_area(*corners)
         if good.all():
             return self, 0
-        return compact(self.vertices, self.triangles[:, good]), int((~good).sum())
+        return compact(self.vertices, self.triangles[:, good], self.notes), int((~good).sum())
 
 
-def compact(vertices: Floats, triangles: NDArray[np.int64]) -> Surface:
+def compact(vertices: Floats, triangles: NDArray[np.int64], notes: tuple[str, ...]) -> Surface:
     """Only the vertices that are used, in their order."""
     used = np.zeros(vertices.shape[1], dtype=bool)
     used[triangles] = True
     if used.all():
-        return Surface(vertices, triangles)
+        return Surface(vertices, triangles, notes)
     number = np.cumsum(used) - 1
-    return Surface(vertices[:, used], number[triangles])
+    return Surface(vertices[:, used], number[triangles], notes)
 
 
-def fans(vertices: Floats, counts: NDArray[np.int64], corners: NDArray[np.int64]) -> Surface:
-    """Triangles of polygons.
+def from_polygons(
+    vertices: Floats,
+    counts: NDArray[np.int64],
+    corners: NDArray[np.int64],
+    given: NDArray[np.int64],
+    vertex_name: Callable[[int], str],
+    face_name: Callable[[int], str],
+    notes: tuple[str, ...] = (),
+) -> Surface:
+    """Triangles of polygons; faces of fewer than three corners are left out, and noted.
 
     Parameters
     ----------
@@ -56,27 +71,33 @@ def fans(vertices: Floats, counts: NDArray[np.int64], corners: NDArray[np.int64]
         Corners of each face.
     corners : (sum of counts,) int64
         Indices into ``vertices``, face after face.
+    given : (sum of counts,) int64
+        The same as the file has them.
+    vertex_name, face_name : call of a number
+        What errors call it: its line, or its number.
+    notes : tuple of str
+        What the file holds besides.
 
     Raises
     ------
     InputError
-        For a face of fewer than three corners, an index out of range, a coordinate that is not finite.
+        For an index out of range, a coordinate of a face that is not finite, no face at all.
     """
-    bad = np.flatnonzero(counts < 3)
-    if bad.size:
-        raise InputError(f"face {int(bad[0])}", f"{int(counts[bad[0]])} corners", "at least 3 corners")
     bad = np.flatnonzero((corners < 0) | (corners >= vertices.shape[1]))
     if bad.size:
         face = int(np.searchsorted(np.cumsum(counts), bad[0], side="right"))
-        raise InputError(f"face {face} index", int(corners[bad[0]]), f"a vertex of the {vertices.shape[1]} in the file")
-    bad = np.flatnonzero(~np.isfinite(vertices).all(axis=0))
+        known = f"a vertex of the {vertices.shape[1]} in the file"
+        raise InputError(f"{face_name(face)} index", int(given[bad[0]]), known)
+    bad = corners[~np.isfinite(vertices[:, corners]).all(axis=0)]
     if bad.size:
-        raise InputError(f"vertex {int(bad[0])}", tuple(vertices[:, bad[0]].tolist()), "finite coordinates")
-    if counts.size == 0:
-        raise InputError("faces", 0, "at least one face")
-    wings = counts - 2
-    if wings.sum() > MAX_TRIANGLES:
-        raise InputError("triangles", int(wings.sum()), f"at most {MAX_TRIANGLES}")
-    first = np.repeat(np.cumsum(counts) - counts, wings)
-    wing = np.arange(first.size) - np.repeat(np.cumsum(wings) - wings, wings)
-    return compact(vertices, np.stack((corners[first], corners[first + wing + 1], corners[first + wing + 2])))
+        raise InputError(vertex_name(int(bad.min())), tuple(vertices[:, bad.min()].tolist()), "finite coordinates")
+    is_face = counts >= 3
+    if not is_face.any():
+        raise InputError("faces", 0, "at least one face of three corners or more")
+    if few := int((~is_face).sum()):
+        notes += (f"{count(few, 'face')} of fewer than three corners: dropped",)
+        corners, counts = corners[np.repeat(is_face, counts)], counts[is_face]
+    if (counts - 2).sum() > MAX_TRIANGLES:
+        raise InputError("triangles", int((counts - 2).sum()), f"at most {MAX_TRIANGLES}")
+    triangles, said = cut(vertices, counts, corners)
+    return compact(vertices, triangles, (*notes, *said))

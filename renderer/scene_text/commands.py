@@ -20,16 +20,17 @@ NUMBER = r"[+-]?+(?:\d++\.?+\d*+|\.\d++)(?:[eE][+-]?+\d++)?+"
 _FLOAT = re.compile(NUMBER, re.ASCII)
 _INTEGER = re.compile(r"[+-]?\d{1,18}", re.ASCII)
 _NORMALS = "flat faces: shading normals are not supported"
+_SHAPES = "sphere, tri or mesh: no other shape is supported"
 _KNOWN = [kind.TEXT.command for kind in LIGHTS]
 _SOURCES = f"{', '.join(_KNOWN[:-1])} or {_KNOWN[-1]}: no other source is supported"
 REFUSED = {
-    "vertexnormal": _NORMALS,
-    "trinormal": _NORMALS,
+    **dict.fromkeys(("vertexnormal", "trinormal", "computeVertexNormals"), _NORMALS),
     "texture": "one colour for each surface and light: textures are not supported",
-    "sphereLight": _SOURCES,
-    "spot": _SOURCES,
-    "envmap": _SOURCES,
+    **dict.fromkeys(("sphereLight", "spot", "envmap", "area"), _SOURCES),
+    **dict.fromkeys(("box", "cube", "cylinder", "cone", "plane", "quad", "torus"), _SHAPES),
+    "background": "nothing: the background is black",
 }
+"""Commands of other renderers of this format, and what is accepted in their place."""
 
 
 def _number(argument: str, token: str) -> float:
@@ -47,6 +48,15 @@ def _whole(argument: str, token: str) -> int:
 
 def _word(argument: str, token: str) -> str:
     return token
+
+
+def _one_of(*words: str) -> Callable[[str, str], str]:
+    def read(argument: str, token: str) -> str:
+        if token not in words:
+            raise InputError(argument, token, " or ".join(words))
+        return token
+
+    return read
 
 
 @dataclass(frozen=True)
@@ -75,6 +85,13 @@ def _command(act: Callable[..., None], read: Callable[[str, str], Any], argument
         name, _, parts = argument.partition(":")
         names += [f"{name}.{part}" for part in parts] if parts else [name]
     return Command(act, read, tuple(names))
+
+
+def _ignored(name: str, read: Callable[[str, str], Any], arguments: str, why: str) -> dict[str, Command]:
+    def act(state: SceneState, *values: Any) -> None:
+        state.warn(f"{name} ignored: {why}", state.place)
+
+    return {name: _command(act, read, arguments)}
 
 
 def _light_command(kind: type[Light]) -> Command:
@@ -107,6 +124,20 @@ COMMANDS = {
     "maxdepth": _command(SceneState.accepted, _whole, "count"),
     "maxverts": _command(SceneState.accepted, _whole, "count"),
     "maxvertnorms": _command(SceneState.accepted, _whole, "count"),
+    **_ignored(
+        "nexteventestimation",
+        _one_of("on", "off", "mis"),
+        "switch",
+        "it says how paths find the lights, not how bright they are",
+    ),
+    **_ignored("russianroulette", _one_of("on", "off"), "switch", "it ends paths, and direct light has none to end"),
+    **_ignored(
+        "importancesampling",
+        _one_of("hemisphere", "cosine", "brdf"),
+        "method",
+        "it changes a path's noise, not its mean",
+    ),
+    "gamma": _command(SceneState.gamma, _number, "exponent"),
     "vertex": _command(SceneState.vertex, _number, "x y z"),
     "tri": _command(SceneState.tri, _whole, "i j k"),
     "mesh": _command(SceneState.mesh, _word, "file"),
@@ -117,6 +148,8 @@ COMMANDS = {
     "pushTransform": _command(SceneState.push, _word),
     "popTransform": _command(SceneState.pop, _word),
     **{kind.TEXT.command: _light_command(kind) for kind in LIGHTS},
+    "brdf": _command(SceneState.brdf, _word, "name"),
+    **_ignored("roughness", _number, "alpha", "brdf ggx alone has one"),
     "attenuation": _command(SceneState.attenuation, _number, "constant linear quadratic"),
     "ambient": _command(SceneState.ambient, _number, "r g b"),
     "emission": _command(SceneState.emission, _number, "r g b"),

@@ -6,7 +6,6 @@ any doubt goes through the one-line path, so that each error names its own line.
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from pathlib import Path
@@ -15,6 +14,7 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
 from .commands import COMMANDS, NUMBER, REFUSED
+from .likeness import NAMES, likely
 from .state import SceneState
 
 MAX_BYTES = 1 << 28
@@ -37,7 +37,8 @@ def read_scene(path: str | Path, *, lenient: bool = False) -> Scene:
     path : path
         A regular file of at most 256 MiB, UTF-8.
     lenient : bool
-        Warn of an unknown command instead of refusing it.
+        Warn of an unknown command instead of refusing it; one that looks like a command, or stands between
+        ``pushTransform`` and ``popTransform``, is refused all the same.
 
     Returns
     -------
@@ -51,11 +52,7 @@ def read_scene(path: str | Path, *, lenient: bool = False) -> Scene:
     """
     where = _printable(str(path))
     data = _bytes(Path(path), where).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    try:
-        text = data.decode()
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise InputError("text", data[error.start : error.end], "UTF-8", f"{where}:{line}") from None
+    text = data.decode(errors="surrogateescape")  # comments may be in any encoding
     name, folder = _printable(Path(path).stem), Path(path).parent
     return parse_scene(text, name=name, where=where, lenient=lenient, folder=folder)
 
@@ -74,7 +71,8 @@ def parse_scene(
     where : str
         What errors and warnings call the text.
     lenient : bool
-        Warn of an unknown command instead of refusing it.
+        Warn of an unknown command instead of refusing it; one that looks like a command, or stands between
+        ``pushTransform`` and ``popTransform``, is refused all the same.
     folder : path, optional
         Where ``mesh`` finds its files; None: it is refused.
 
@@ -94,6 +92,13 @@ def parse_scene(
     reader = _Reader(SceneState(where, folder), lenient)
     reader.read(text)
     return reader.state.scene(name)
+
+
+def _check_utf8(token: str) -> None:
+    try:
+        token.encode()
+    except UnicodeEncodeError:
+        raise InputError("text", token.encode(errors="surrogateescape"), "UTF-8") from None
 
 
 def _printable(name: str) -> str:
@@ -121,7 +126,7 @@ class _Reader:
 
     def __init__(self, state: SceneState, lenient: bool) -> None:
         self.state, self._lenient = state, lenient
-        self._ignored: dict[str, str] = {}  # by unknown name: its warning
+        self._ignored: set[str] = set()  # unknown names
 
     def read(self, text: str) -> None:
         """Take every line of ``text``."""
@@ -164,27 +169,46 @@ class _Reader:
     def _do(self, line: str) -> None:
         if len(line) > MAX_LINE:
             raise InputError("text", f"a line of {len(line)} characters", f"at most {MAX_LINE} characters")
-        tokens = line.split()
-        if not tokens or tokens[0].startswith("#"):
+        tokens = self._without_comment(line)
+        if not tokens:
             return
-        name, given = tokens[0], tokens[1:]
+        name, given = NAMES.get(tokens[0].lower(), tokens[0]), tokens[1:]
         if name in REFUSED:
             raise InputError(name, " ".join(given) or "no argument", REFUSED[name])
         if command := COMMANDS.get(name):
             command.act(self.state, *command.values(name, given))
         else:
-            self._unknown(name, line.index(name) + 1)
+            self._unknown(name, f"{self.state.place}:{line.index(name) + 1}")
 
-    def _unknown(self, name: str, column: int) -> None:
-        place = f"{self.state.place}:{column}"
-        if (message := self._ignored.get(name)) is None:
-            if len(self._ignored) == MAX_UNKNOWN:
-                message = "more unknown commands ignored"
-            else:  # once a name: the likeness to every command is dear
-                close = difflib.get_close_matches(name[:40], COMMANDS, 1)
-                accepted = f"a command of this format{f' ({close[0]}?)' if close else ''}"
-                error = InputError("command", name, accepted, place)
+    def _without_comment(self, line: str) -> list[str]:
+        """The words of a line up to its comment."""
+        tokens = line.split()
+        for number, token in enumerate(tokens):
+            if token.startswith("#"):
+                return tokens[:number]
+            if token.startswith("//"):
+                error = InputError("comment", token, "# before a comment (--lenient takes // too)")
                 if not self._lenient:
                     raise error
-                message = self._ignored[name] = f"unknown {error.at('')}: ignored"
-        self.state.warn(message, place)
+                self.state.warn("// taken for a comment", self.state.place)
+                return tokens[:number]
+            if not token.isascii():
+                _check_utf8(token)
+        return tokens
+
+    def _unknown(self, name: str, place: str) -> None:
+        """Leave a command out, on request and where it can change neither a shape's place nor a light."""
+        error = InputError("command", name, "a command of this format", place)
+        if like := name not in self._ignored and likely(name):  # once a name: the likeness to every command is dear
+            why = f" ({like}?)"
+        elif self.state.is_pushed:
+            why = ": between pushTransform and popTransform none is left out"
+        elif not self._lenient:
+            why = "; --lenient ignores it"
+        elif len(self._ignored | {name}) > MAX_UNKNOWN:
+            why = f", or at most {MAX_UNKNOWN} others"
+        else:
+            self._ignored.add(name)
+            self.state.warn(f"unknown {error.at('')}: ignored", place)
+            return
+        raise InputError("command", name, error.accepted + why, place)

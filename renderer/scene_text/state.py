@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.lights import Light
-from nusselt.renderer.mesh_files import find_inside, read_mesh_file
+from nusselt.renderer.lights import Light, PointLight
+from nusselt.renderer.mesh_files import Surface, find_inside, read_mesh_file
 from nusselt.renderer.scene import INTEGRATORS, Camera, Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 from nusselt.renderer.validation import Vec3
@@ -55,7 +55,13 @@ class SceneState:
         self._parameters: dict[str, Any] = {}  # of lobes, by command
         self._material, self._emission_line = Material(), 0
         self._meshes, self._ellipsoids, self._lights = list[Mesh](), list[Ellipsoid](), list[Light]()
+        self._surfaces: dict[str, Surface] = {}  # by file name
+        self._attenuated, self._bare_point = False, 0  # is there a law for points, line of the first without one
         self._warned: dict[str, list[Any]] = {}  # by message: its first place, how often
+
+    @property
+    def is_pushed(self) -> bool:
+        return bool(self._pushed)
 
     @property
     def place(self) -> str:
@@ -81,6 +87,7 @@ class SceneState:
                 raise InputError(needed, "missing", accepted, self.place)
         width, height = self._settings["size"][0]
         integrator = self._integrator()
+        self._tell_falloff()
         try:
             return Scene(
                 width=width,
@@ -115,10 +122,20 @@ class SceneState:
             self.warn("no integrator and no lightsamples: direct is used, 1 sample per light", f"{self.where}:{line}")
         return str(name) if name in INTEGRATORS else "direct"
 
+    def _tell_falloff(self) -> None:
+        """CSE 167's rule, where a file looks like one of its."""
+        is_old = self._setting("integrator", "raytracer") == "raytracer" and not any(x.has_extent for x in self._lights)
+        if self._bare_point and is_old:
+            message = "point without attenuation: in CSE 167 it does not fall off, here light falls off as 1/R^2"
+            self.warn(message, f"{self.where}:{self._bare_point}")
+
     def size(self, width: int, height: int) -> None:
         self._set("size", (width, height))
 
     def output(self, name: str) -> None:
+        *folder, name = name.replace("\\", "/").split("/")
+        if folder:
+            self.warn("output: its folder is ignored", self.place)
         self._set("output", check_output(name))
 
     def camera(self, *v: float) -> None:
@@ -143,8 +160,18 @@ class SceneState:
     def accepted(self, count: int) -> None:
         """Of other homeworks; direct lighting does not need it."""
 
+    def gamma(self, exponent: float) -> None:
+        if exponent != 1:
+            self.warn("gamma ignored: images are linear; only how a PNG is written would change", self.place)
+
+    def brdf(self, name: str) -> None:
+        if name != "phong":
+            raise InputError("brdf", name, "phong, with its diffuse, specular and shininess: no other is supported")
+
     def attenuation(self, *factors: float) -> None:
-        self.warn("attenuation ignored: light falls off as 1/R^2", self.place)
+        self._attenuated = True
+        if factors != (0, 0, 1):
+            self.warn("attenuation ignored: light falls off as 1/R^2", self.place)
 
     def ambient(self, *colour: float) -> None:
         self.warn("ambient ignored: it is not direct lighting", self.place)
@@ -164,7 +191,9 @@ class SceneState:
         if self._folder is None:
             raise InputError("mesh", name, "a scene that is a file: a text has no folder to look in")
         try:
-            surface = read_mesh_file(find_inside(self._folder, name))
+            if name not in self._surfaces:  # a shape may stand in many places
+                self._surfaces[name] = read_mesh_file(find_inside(self._folder, name))
+            surface = self._surfaces[name]
         except InputError as error:
             raise (error.at(f"{self.place}: {error.where}") if error.where else error) from None
         x, y, z = surface.vertices
@@ -173,8 +202,8 @@ class SceneState:
         surface, dropped = replace(surface, vertices=vertices).with_area()
         if not surface.triangles.size:
             raise InputError("mesh", f"{name}, no area", "a triangle that spans an area")
-        if dropped:
-            self.warn(f"{count(dropped, 'triangle')} of {name} without area: dropped", self.place)
+        for note in (*surface.notes, *[f"{count(dropped, 'triangle')} without area: dropped"] * bool(dropped)):
+            self.warn(f"{name}: {note}", self.place)
         self._close_mesh()
         self._meshes.append(Mesh(surface.vertices, surface.triangles, self._material))
         self._tell_emission()
@@ -241,3 +270,5 @@ class SceneState:
 
     def light(self, light: Light) -> None:
         self._lights.append(light)
+        if isinstance(light, PointLight) and not self._attenuated and not self._bare_point:
+            self._bare_point = self.line

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.scene_text import parse_scene
+from nusselt.renderer.scene_text import parse_scene, read_scene
 from nusselt.renderer.surfaces import Ellipsoid, Material
 
 VIEW = "size 4 3\ncamera 0 0 4  0 0 0  0 1 0  45\nintegrator direct\n"
@@ -130,6 +132,20 @@ def test_one_vertex_under_two_transforms_is_two_vertices() -> None:
         ("integrator pathtracer", "integrator pathtracer: direct is used"),
         ("attenuation 1 0 0", "attenuation ignored: light falls off as 1/R^2"),
         ("ambient .2 .2 .2", "ambient ignored: it is not direct lighting"),
+        (
+            "nexteventestimation on",
+            "nexteventestimation ignored: it says how paths find the lights, not how bright they are",
+        ),
+        (
+            "nexteventestimation mis",
+            "nexteventestimation ignored: it says how paths find the lights, not how bright they are",
+        ),
+        ("russianroulette on", "russianroulette ignored: it ends paths, and direct light has none to end"),
+        ("importancesampling brdf", "importancesampling ignored: it changes a path's noise, not its mean"),
+        ("gamma 2.2", "gamma ignored: images are linear; only how a PNG is written would change"),
+        ("roughness .3", "roughness ignored: brdf ggx alone has one"),
+        ("output a/b/c.png", "output: its folder is ignored"),
+        ("output ..\\c.png", "output: its folder is ignored"),
         ("emission 1 0 0\ntri 0 1 2", "emission on an ordinary object is seen but lights nothing"),
         ("emission 1 0 0\nsphere 0 0 0 1", "emission on an ordinary object is seen but lights nothing"),
     ],
@@ -157,12 +173,76 @@ def test_a_missing_integrator_is_warned_of_where_it_matters(lines: str, warned: 
 
 
 def test_warnings_do_not_pile_up() -> None:
-    scene = parse("attenuation 1 0 0\n" * 9 + "".join(f"nonsense{i}\n" for i in range(999)), lenient=True)
+    scene = parse("attenuation 1 0 0\n" * 9 + "nonsense\n" * 999, lenient=True)
     assert scene.warnings[0].endswith("1/R^2 (and 8 more)")
-    assert len(scene.warnings) < 60
-    assert scene.warnings[-1].endswith("more unknown commands ignored (and 948 more)")
+    assert scene.warnings[1].endswith(": ignored (and 998 more)")
+    assert len(scene.warnings) == 2
+    said = "".join(
+        f"gamma {k}\nroughness {k}\noutput a{k}/b.png\nattenuation {k} 0 0\nambient {k} 0 0\n" for k in range(2, 99)
+    )
+    assert len(parse(said).warnings) == 5
 
 
 @pytest.mark.parametrize("name", ["maxdepth", "maxverts", "maxvertnorms"])
 def test_commands_of_other_homeworks_are_accepted(name: str) -> None:
     assert parse(f"{name} 1000000000").warnings == ()
+
+
+@pytest.mark.parametrize("line", ["gamma 1", "gamma 1.0", "brdf phong", "attenuation 0 0 1"])
+def test_what_asks_for_what_is_done_is_no_news(line: str) -> None:
+    assert parse(line).warnings == ()
+
+
+def test_output_is_a_file_name() -> None:
+    assert parse("output a/b/c.png").output == parse("output ..\\c.png").output == "c.png"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "diffuse .1 .2 .3   # brown\ntri 0 1 2 #one\n# tri 0 0 0\n   #",
+        "DIFFUSE .1 .2 .3\nTri 0 1 2",
+        "diffuse\t.1  +.2\t3e-1 \ntri 0 1 2\r\n",
+        "diffuse .1 .2 .3\npushtransform\ntranslate 9 9 9\nPopTransform\ntri 0 1 2\nmaxVerts 3\nmaxDepth 5",
+        "diffuse .1 .2 .3\nbrdf phong\ngamma 1\ntri 0 1 2",
+    ],
+)
+def test_the_same_scene_in_other_hands(text: str) -> None:
+    scene = parse(text)
+    assert scene == parse("diffuse .1 .2 .3\ntri 0 1 2")
+    assert scene.warnings == ()
+
+
+def test_slashes_begin_a_comment_on_request() -> None:
+    scene = parse("// floor\ntri 0 1 2 // the first\n", lenient=True)
+    assert scene == parse("tri 0 1 2")
+    assert scene.warnings == (f"a.test:{NEXT}: // taken for a comment (and 1 more)",)
+
+
+def test_comments_may_be_in_any_encoding(tmp_path: Path) -> None:
+    path = tmp_path / "a.test"
+    path.write_bytes(BASE.encode() + b"# sch\xf6n\ntri 0 1 2  # sch\xf6n\n")
+    assert read_scene(path).meshes == parse("tri 0 1 2").meshes
+
+
+LAMP = "point 0 3 0 1 1 1\n"
+
+
+@pytest.mark.parametrize(
+    ("lines", "line"),
+    [
+        (LAMP, 3),
+        ("integrator raytracer\n" + LAMP + LAMP, 4),
+        (LAMP + "attenuation 1 0 0\n" + LAMP, 3),
+        ("attenuation 1 0 0\n" + LAMP, None),
+        ("attenuation 0 0 1\n" + LAMP, None),
+        ("integrator direct\n" + LAMP, None),
+        (LAMP + "quadLight 0 1 0 0 0 1 1 0 0 1 1 1\n", None),
+        ("directional 0 1 0 1 1 1\n", None),
+    ],
+)
+def test_points_of_cse_167_do_not_fall_off_and_it_is_said(lines: str, line: int | None) -> None:
+    scene = parse_scene(f"size 4 3\ncamera 0 0 4 0 0 0 0 1 0 45\n{lines}", where="a.test")
+    said = [warning for warning in scene.warnings if "CSE 167" in warning]
+    message = "point without attenuation: in CSE 167 it does not fall off, here light falls off as 1/R^2"
+    assert said == ([f"a.test:{line}: {message}"] if line else [])

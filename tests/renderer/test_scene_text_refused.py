@@ -46,7 +46,9 @@ REFUSALS = [
     ("vertex ٣ 0 0", r"vertex x = \u0663", FINITE),
     ("vertex 0 0", "vertex z = missing", "3 arguments: x y z"),
     ("vertex 0 0 0 0", "vertex spare argument = 0", "3 arguments: x y z"),
-    ("vertex 0 0 0 # why", "vertex spare argument = #", "3 arguments: x y z"),
+    ("vertex 0 0 0 // why", "comment = //", "# before a comment (--lenient takes // too)"),
+    ("//vertex 0 0 0", "comment = //vertex", "# before a comment"),
+    ("diffuse .5 .5 .5#why", "diffuse b = .5#why", FINITE),
     ("tri 0 1", "tri k = missing", "3 arguments: i j k"),
     ("tri 0 1 2 3", "tri spare argument = 3", "3 arguments: i j k"),
     ("tri 0 1 3", "tri k = 3", "an index of the 3 vertices so far, from 0"),
@@ -100,9 +102,8 @@ REFUSALS = [
     ("pushTransform 1", "pushTransform spare argument = 1", "no argument"),
     ("rotate 0 0 0 45", "rotate axis = (0.0, 0.0, 0.0)", "a direction that is not zero"),
     ("scale 1e200 1 1\nscale 1e200 1 1", "scale = overflow", "a current transform that stays finite"),
-    ("output ../x.png", "output = ../x.png", "a bare file name"),
-    ("output /tmp/x.png", "output = /tmp/x.png", "a bare file name"),
-    ("output a\\b.png", r"output = a\\b.png", "a bare file name"),
+    ("output a/", "output =", "a bare file name"),
+    ("output a/..", "output = ..", "a bare file name"),
     ("output C:x.png", "output = C:x.png", "a bare file name"),
     ("output ..", "output = ..", "a bare file name"),
     ("output a\x1b[31m.png", r"output = a\x1b[31m.png", "a bare file name"),
@@ -111,6 +112,17 @@ REFUSALS = [
     ("vertexnormal 0 0 0 0 0 1", "vertexnormal = 0 0 0 0 0 1", "flat faces: shading normals are not supp"),
     ("trinormal 0 1 2", "trinormal = 0 1 2", "flat faces: shading normals are not supported"),
     ("mesh knot.ply", "mesh = knot.ply", "a scene that is a file: a text has no folder to look in"),
+    ("computeVertexNormals on", "computeVertexNormals = on", "flat faces: shading normals are not supported"),
+    ("area 0 3 0 0 -1 0 1 5 5 5", "area = 0 3 0 0 -1 0", "quadLight, point, directional, sun or diskLight: no other"),
+    ("cylinder 0 0 0 1 2", "cylinder = 0 0 0 1 2", "sphere, tri or mesh: no other shape is supported"),
+    ("background 1 1 1", "background = 1 1 1", "nothing: the background is black"),
+    ("brdf ggx", "brdf = ggx", "phong, with its diffuse, specular and shininess: no other is supported"),
+    ("roughness", "roughness alpha = missing", "1 arguments: alpha"),
+    ("nexteventestimation yes", "nexteventestimation switch = yes", "on or off or mis"),
+    ("russianroulette 1", "russianroulette switch = 1", "on or off"),
+    ("importancesampling light", "importancesampling method = light", "hemisphere or cosine or brdf"),
+    ("gamma two", "gamma exponent = two", FINITE),
+    ("TRI 0 1 3", "tri k = 3", "an index of the 3 vertices so far, from 0"),
     ("envmap sky.exr", "envmap = sky.exr", "quadLight, point, directional, sun or diskLight: no other source"),
     ("x" * 100_000, "text = a line of 100000 characters", "at most 65536 characters"),
     ("# a\0b", r"text = \x00", "text without NUL bytes"),
@@ -136,12 +148,45 @@ def test_stratified_samples_must_be_a_square_whichever_is_set_last() -> None:
     assert parse("lightsamples 8").light_samples == 8
 
 
-@pytest.mark.parametrize("line", ["vertx 0 0 0", "# x\n  vertx"])
-def test_an_unknown_command_names_its_column_unless_lenient(line: str) -> None:
+@pytest.mark.parametrize("line", ["reflect 0 0 0", "# x\n  reflect"])
+def test_an_unknown_command_names_its_column_and_lenient_ignores_it(line: str) -> None:
     place = f"a.test:{NEXT + line.count(chr(10))}:{3 if line.startswith('#') else 1}"
-    assert told(BASE + line) == f"{place}: command = vertx: expected a command of this format (vertex?)"
+    said = f"{place}: command = reflect: expected a command of this format; --lenient ignores it"
+    assert told(BASE + line) == said
     (warning,) = parse(line, lenient=True).warnings
-    assert warning == f"{place}: unknown command = vertx: expected a command of this format (vertex?): ignored"
+    assert warning == f"{place}: unknown command = reflect: expected a command of this format: ignored"
+
+
+@pytest.mark.parametrize(
+    ("word", "like"),
+    [
+        *[("vertx", "vertex"), ("tir", "tri"), ("triangle", "tri"), ("spehre", "sphere"), ("rotat", "rotate")],
+        *[("push", "pushTransform"), ("pop", "popTransform"), ("transform", "pushTransform"), ("trans", "translate")],
+        *[("pointlight", "point"), ("quad_light", "quadLight"), ("lightmap", "quadLight"), ("max_verts", "maxverts")],
+        *[("difuse", "diffuse"), ("emissive", "emission"), ("cmaera", "camera"), ("spotlight", "spot")],
+    ],
+)
+def test_what_is_likely_a_command_stays_an_error_when_lenient(word: str, like: str) -> None:
+    for lenient in (False, True):
+        message = told(f"{BASE}{word} 1 2 3\n", lenient=lenient)
+        assert message == f"a.test:{NEXT}:1: command = {word}: expected a command of this format ({like}?)"
+
+
+@pytest.mark.parametrize(
+    "word", ["refraction", "reflect", "antialias", "debug", "depth", "jitter", "threads", "x", "\x07"]
+)
+def test_hints_do_not_lead_astray(word: str) -> None:
+    assert "?" not in told(BASE + word)
+    assert parse(word, lenient=True).warnings[0].isprintable()
+
+
+def test_between_push_and_pop_nothing_is_left_out() -> None:
+    known = "reflect 1 1 1\n"  # said before, ignored before, and not here
+    message = told(f"{BASE}{known}pushTransform\nreflect 1 1 1\npopTransform\n", lenient=True)
+    assert message.startswith(
+        f"a.test:{NEXT + 2}:1: command = reflect: expected a command of this format: between push"
+    )
+    assert len(parse(f"{known}pushTransform\npopTransform\n{known}", lenient=True).warnings) == 1
 
 
 @pytest.mark.parametrize("name", sorted(REFUSED))
@@ -204,8 +249,8 @@ def test_files_that_are_none(tmp_path: Path) -> None:
 
 def test_text_that_is_none(tmp_path: Path) -> None:
     path = tmp_path / "größe 1.test"
-    path.write_bytes(VIEW.replace("\n", "\r\n").encode() + b"# caf\xe9\n")
-    with pytest.raises(InputError, match=r"größe 1\.test:4: text = b'.*xe9': expected UTF-8"):
+    path.write_bytes(VIEW.replace("\n", "\r\n").encode() + b"# caf\xe9\noutput caf\xe9.png\n")
+    with pytest.raises(InputError, match=r"größe 1\.test:5: text = b'caf.*xe9\.png': expected UTF-8"):
         read_scene(path)
     path.write_text(VIEW)
     assert read_scene(path).name == "größe 1"
@@ -227,16 +272,14 @@ def test_deep_stacks_end() -> None:
 
 def test_an_unknown_command_is_likened_to_the_known_ones_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Found by the long fuzz: a megabyte of one unknown command took seconds."""
-    asked = []
-    matches = scene_reader.difflib.get_close_matches
-    monkeypatch.setattr(
-        scene_reader.difflib, "get_close_matches", lambda name, *of: asked.append(name) or matches(name, *of)
-    )
-    scene = parse("vertx 1 2 3\n" * 1000 + "".join(f"v{k}\n" for k in range(1000)), lenient=True)
-    assert "(vertex?): ignored" in scene.warnings[0]
-    assert "(and 999 more)" in scene.warnings[0]
-    assert len(asked) == scene_reader.MAX_UNKNOWN
-    assert len(scene.warnings) == scene_reader.MAX_UNKNOWN + 1
+    asked: list[str] = []
+    monkeypatch.setattr(scene_reader, "likely", lambda name: asked.append(name) or "")
+    names = "".join(f"odd{k}\n" for k in range(scene_reader.MAX_UNKNOWN - 1))
+    scene = parse("odd 1 2 3\n" * 1000 + names, lenient=True)
+    assert scene.warnings[0].endswith(": ignored (and 999 more)")
+    assert len(asked) == len(scene.warnings) == scene_reader.MAX_UNKNOWN
+    with pytest.raises(InputError, match=f"or at most {scene_reader.MAX_UNKNOWN} others"):
+        parse("odd 1 2 3\n" * 1000 + names + "more\n", lenient=True)
 
 
 tokens = st.one_of(
