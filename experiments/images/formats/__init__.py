@@ -10,9 +10,9 @@ from .hdr import HDR
 from .npy import NPY
 from .pfm import PFM
 from .png import PNG
-from .raw import Format, Raw
+from .raw import Format, Raw, Wanted
 
 FORMATS: tuple[Format, ...] = (PNG, EXR, PFM, HDR, NPY)
 
-__all__ = ["FORMATS", "Format", "Raw"]
+__all__ = ["FORMATS", "Format", "Raw", "Wanted"]
 """Raw: what a file holds, before any transfer curve is undone."""

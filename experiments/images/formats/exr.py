@@ -1,8 +1,14 @@
-"""OpenEXR: one part, three channels."""
+"""OpenEXR: of its parts and layers the one that is the image, within its display window, as Rec. 709's R, G, B."""
 
 from __future__ import annotations
 
 import errno
+import io
+import os
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stdout
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,61 +17,184 @@ import numpy as np
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.vectors import Floats
 
-from .raw import FLOAT, HALF, Format, Raw, Rounding, check_size, refuse
+from . import primaries
+from .chroma import from_luminance
+from .layers import CHROMA, GREY, XYZ, Layer, chosen, layers_of, left_out
+from .raw import FLOAT, HALF, Format, Raw, Rounding, Wanted, check_size, refuse
 
-CHANNELS = 64
+CHANNELS = 128
 """Most channels a file may have: each is decoded."""
+OVERSCAN = 4
+"""Pixels of all data windows together over those of the display window, at most; a few thousand are free."""
 PXR24 = Rounding(2.0**-15)
 """Float32 cut off or rounded to 24 bits, 16 of them mantissa."""
 LOSSY = 2.0**-8
 """Relative error of lossy compression where nothing varies; 4e-4 was measured for DWAA and B44."""
+Header = Mapping[str, Any]
 
 
-def read_exr(path: Path, width: int, height: int) -> Raw:
-    """The R, G, B channels (or Y) of an EXR file of this size.
+def read_exr(path: Path, wanted: Wanted) -> Raw:
+    """The image that an EXR file holds.
 
     Raises
     ------
     InputError
     """
+    headers, parts = _headers(path, wanted)
+    layers = layers_of(parts)
+    layer = chosen(path, layers, [name for _, names in parts for name in names], wanted.layer)
+    header = headers[layer.part]
+    planes = _planes(path, layer, len(parts))
+    raw = _colours(path, layer, planes, header)
+    values, moved = _in_display(raw.values, header, wanted)
+    return replace(raw, values=values, notes=(*left_out(layer, parts), *_said(header), *moved, *raw.notes))
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """OpenEXR prints what should be an error, on Python's standard output and on C's standard error: to nowhere."""
+    sys.stderr.flush()
+    nothing, kept = os.open(os.devnull, os.O_WRONLY), os.dup(2)
+    os.dup2(nothing, 2)
+    try:
+        with redirect_stdout(io.StringIO()):
+            yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(nothing)
+
+
+@contextmanager
+def _opened(path: Path, **how: bool) -> Iterator[Any]:
+    """A file as OpenEXR reads it; what it raises, or should, is an `InputError`."""
     import OpenEXR
 
     try:
-        with OpenEXR.File(str(path), header_only=True) as file:
-            _check_header(path, file, (width, height))
-            compression = str(getattr(file.header().get("compression"), "name", "")).removesuffix("_COMPRESSION")
-        with OpenEXR.File(str(path), separate_channels=True) as file:
-            found: dict[str, Any] = {name: channel.pixels for name, channel in file.channels().items()}
+        with _quiet(), OpenEXR.File(str(path), **how) as file:
+            yield file
     except InputError:
         raise
     except Exception as error:  # whatever a foreign parser raises
         told = " ".join(str(error).split())[:80]
         raise refuse(path, f"damaged EXR ({told})", "a whole OpenEXR file") from error
-    for names in (("R", "G", "B"), ("Y", "Y", "Y")):
-        if all(name in found for name in names):
-            planes = [np.asarray(found[name], dtype=np.float64) for name in names]
-            if any(plane.shape != (height, width) for plane in planes):
-                raise refuse(path, "subsampled channels", "channels of the full size")
-            half = any(found[name].dtype == np.float16 for name in names)
-            notes = ("its grey is taken for three equal channels",) if len(set(names)) == 1 else ()
-            return Raw(np.stack(planes), notes, _rounding(compression, half))
-    raise refuse(path, f"channels {', '.join(sorted(found))[:40]}", "channels R, G, B or Y")
 
 
-def _rounding(compression: str, half: bool) -> Rounding:
+def _headers(path: Path, wanted: Wanted) -> tuple[list[Header], list[tuple[str, list[str]]]]:
+    """Every part's header, and its name with its channels'; refused before a pixel is read if they ask too much."""
+    with _opened(path, header_only=True) as file:
+        headers: list[Header] = [dict(file.header(number)) for number in range(len(file.parts))]
+        parts = [(str(h.get("name", "")), [str(c.name) for c in h["channels"]]) for h in headers]
+        windows = [_window(header, "dataWindow") for header in headers]
+        shown = [_window(header, "displayWindow") for header in headers]
+    for _, size in shown:
+        data = f", of which {windows[0][1][0]} x {windows[0][1][1]} are there" if windows[0] != shown[0] else ""
+        check_size(path, size, wanted.size, data)
+    if (count := sum(len(names) for _, names in parts)) > CHANNELS:
+        raise refuse(path, f"{count} channels", f"at most {CHANNELS}")
+    pixels, limit = sum(w * h for _, (w, h) in windows), OVERSCAN * len(parts) * (wanted.width * wanted.height + 1024)
+    if pixels > limit:
+        raise refuse(path, f"a data window of {pixels} pixels", f"at most {limit}")
+    return headers, parts
+
+
+def _window(header: Header, name: str) -> tuple[tuple[int, int], tuple[int, int]]:
+    """The first column and row of a window, and its width and height."""
+    (left, top), (right, bottom) = ([int(v) for v in corner] for corner in header[name])
+    if right < left or bottom < top:
+        raise ValueError(f"an empty {name}")
+    return (left, top), (right - left + 1, bottom - top + 1)
+
+
+def _planes(path: Path, layer: Layer, parts: int) -> list[np.ndarray[Any, Any]]:
+    with _opened(path, separate_channels=True) as file:
+        if len(file.parts) != parts:  # it drops what it cannot decode, and says so in print alone
+            raise ValueError("pixels that cannot be decoded")
+        channels = file.channels(layer.part)
+        return [np.array(channels[name].pixels) for name in layer.channels]
+
+
+def _colours(path: Path, layer: Layer, planes: Sequence[np.ndarray[Any, Any]], header: Header) -> Raw:
+    """Rec. 709's R, G, B of a layer's channels, in its data window."""
+    if any(plane.dtype.kind != "f" for plane in planes):
+        raise refuse(path, f"whole numbers in channels {', '.join(layer.channels)}", "floating point")
+    _, (width, height) = _window(header, "dataWindow")
+    rounding = _rounding(header, any(plane.dtype == np.float16 for plane in planes))
+    values = [plane.astype(np.float64) for plane in planes]
+    halved = ((height + 1) // 2, (width + 1) // 2)
+    subsampled = layer.names == CHROMA and values[1].shape == values[2].shape == halved != (height, width)
+    if any(plane.shape != (height, width) for plane in (values[:1] if subsampled else values)):
+        raise refuse(path, "subsampled channels", "channels of the full size, or chroma of half of it")
+    stated, said = _chromaticities(path, header)
+    if layer.names == CHROMA:
+        colours = from_luminance(values[0], values[1], values[2], primaries.luminance_weights(stated))
+        note = "its luminance and chroma (Y, RY, BY) are converted to red, green and blue"
+        rounding = replace(rounding, relative=4 * rounding.relative, one_exponent=True)
+        if subsampled:
+            note += "; its chroma has half the size, and every second value is interpolated"
+            rounding = Rounding(LOSSY, one_exponent=True, lossy=rounding.lossy or "chroma at half its size")
+        raw = Raw(colours, (note,), rounding)
+    else:
+        raw = Raw(np.stack(values * (3 // len(values))), (), rounding)
+    if layer.names == XYZ:
+        return primaries.from_xyz(raw)
+    return raw if primaries.is_rec709(stated) or layer.names == GREY else primaries.to_rec709(raw, stated, said)
+
+
+def _rounding(header: Header, half: bool) -> Rounding:
     """What a compression does to channels of 16 or 32 bits: B44 packs the former alone."""
+    compression = str(getattr(header.get("compression"), "name", "")).removesuffix("_COMPRESSION")
     if compression.startswith("DWA") or (half and compression.startswith("B44")):
         return Rounding(LOSSY, lossy=compression)
     return HALF if half else PXR24 if compression == "PXR24" else FLOAT
 
 
-def _check_header(path: Path, file: Any, wanted: tuple[int, int]) -> None:
-    if len(file.parts) != 1:
-        raise refuse(path, f"{len(file.parts)} parts", "an EXR file of one part")
-    low, high = (np.asarray(corner, dtype=np.int64) for corner in file.header()["dataWindow"])
-    check_size(path, tuple(int(v) for v in high - low + 1), wanted)  # type: ignore[arg-type]
-    if len(file.header()["channels"]) > CHANNELS:
-        raise refuse(path, f"{len(file.header()['channels'])} channels", f"at most {CHANNELS}")
+def _chromaticities(path: Path, header: Header) -> tuple[Sequence[float], str]:
+    """Primaries and white that a header names, in either way, and how; else Rec. 709's."""
+    import OpenEXR
+
+    stated, said = header.get("chromaticities"), "chromaticities"
+    if stated is None and isinstance(header.get("colorInteropID"), str):
+        stated, said = OpenEXR.colorInteropIDToChromaticities(header["colorInteropID"]), "colorInteropID"
+    if stated is None:
+        return primaries.REC709, ""
+    values = [float(value) for value in stated]
+    if not primaries.usable(values):
+        raise refuse(path, f"chromaticities {', '.join(f'{v:g}' for v in values)}", "primaries that span colours")
+    return values, said
+
+
+def _in_display(colours: Floats, header: Header, wanted: Wanted) -> tuple[Floats, tuple[str, ...]]:
+    """The data window's pixels at their place in the display window, black where there are none."""
+    (left, top), (width, height) = _window(header, "dataWindow")
+    (x, y), _ = _window(header, "displayWindow")
+    left, top = left - x, top - y
+    if (left, top, width, height) == (0, 0, *wanted.size):
+        return colours, ()
+    out = np.zeros((3, wanted.height, wanted.width))
+    rows = slice(max(top, 0), max(min(top + height, wanted.height), 0))
+    columns = slice(max(left, 0), max(min(left + width, wanted.width), 0))
+    if rows.start < rows.stop and columns.start < columns.stop:
+        out[:, rows, columns] = colours[
+            :, rows.start - top : rows.stop - top, columns.start - left : columns.stop - left
+        ]
+    place = f"{width} x {height} pixels from ({left}, {top}) on"
+    return out, (f"its data window is {place}: cut to the display window, and black outside",)
+
+
+def _said(header: Header) -> tuple[str, ...]:
+    """What a header says of values or pixels and nobody applies."""
+    notes = []
+    if (aspect := float(header.get("pixelAspectRatio", 1.0))) != 1:
+        notes.append(f"its pixelAspectRatio {aspect:g} is left out: pixels are taken for squares")
+    for name in ("whiteLuminance", "adoptedNeutral", "envmap"):
+        if name in header:
+            told = " ".join(str(header[name]).split())[:40]
+            notes.append(f"its {name} ({told if told.isprintable() else 'unprintable'}) is left out")
+    interop = header.get("colorInteropID")
+    if isinstance(interop, str) and interop[:60].isprintable() and not interop.startswith("lin_"):
+        notes.append(f"its colorInteropID is {interop[:60]}: values are taken as they are")
+    return tuple(notes)
 
 
 def exr_planes(path: Path) -> Floats:
@@ -79,7 +208,7 @@ def exr_planes(path: Path) -> Floats:
     import OpenEXR
 
     try:
-        with OpenEXR.File(str(path)) as file:
+        with _quiet(), OpenEXR.File(str(path)) as file:
             channels = {name: np.array(channel.pixels, dtype=np.float64) for name, channel in file.channels().items()}
     except Exception as error:  # its reader raises whatever its C++ side throws
         raise InputError("image", str(path), f"a readable EXR file ({error})") from error
@@ -92,16 +221,20 @@ def exr_planes(path: Path) -> Floats:
 
 def write_exr(path: Path, radiance: Floats) -> None:
     """Radiance (3, h, w), or one channel (1, h, w), in float32."""
+    write_channels(path, dict(zip("RGB" if len(radiance) == 3 else "Y", radiance, strict=True)))
+
+
+def write_channels(path: Path, channels: Mapping[str, np.ndarray[Any, Any]]) -> None:
+    """Channels (h, w) by name, `LAYER.R` and the like, in float32 and one part: every viewer opens it."""
     import OpenEXR
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    pixels = np.ascontiguousarray(radiance.transpose(1, 2, 0), dtype=np.float32)
-    channels = {"RGB": pixels} if len(radiance) == 3 else {"Y": pixels[..., 0]}
+    pixels = {name: np.ascontiguousarray(values, dtype=np.float32) for name, values in channels.items()}
     try:
-        with OpenEXR.File(header, channels) as file:
+        with _quiet(), OpenEXR.File(header, pixels) as file:
             file.write(str(path))
     except RuntimeError as error:  # all that OpenEXR says of a full disk
         raise OSError(errno.EIO, str(error).rsplit(". ", 1)[-1].rstrip(".").lower()) from error
 
 
-EXR = Format(".exr", read_exr, write_exr)
+EXR = Format(".exr", (b"v/1\x01",), read_exr, write_exr, has_layers=True)
