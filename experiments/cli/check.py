@@ -190,7 +190,7 @@ def run_checks(checks: Checks, alpha: float) -> int:
             rows.append(answer.row)
             if output.out:
                 folder = output.out / one.folder
-                answer.row["images"] = write_pictures(answer.row, answer.ours, answer.reference, folder)
+                answer.row["images"] = write_pictures(answer.row, answer.ours, answer.reference, folder, one.scene)
             save()
     if output.target == "-":
         write_json(document(rows, alpha=alpha), output.target)
