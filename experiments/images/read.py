@@ -43,7 +43,8 @@ def read_image(name: str | PathLike[str], scene: Scene) -> Raw:
         raise refuse(path, told, "an image that is one of " + ", ".join(READERS))
     check_bytes(path, wanted.size)
     try:
-        raw = READERS[kind](path, wanted)
+        with np.errstate(all="ignore"):  # what is not finite is counted, not warned of
+            raw = READERS[kind](path, wanted)
     except OSError as error:
         raise refuse(path, error.strerror or "unreadable", "a file that can be read") from error
     if path.suffix.lower() != kind:

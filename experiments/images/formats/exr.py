@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import errno
 import io
 import os
@@ -52,16 +53,21 @@ def read_exr(path: Path, wanted: Wanted) -> Raw:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """OpenEXR prints what should be an error, on Python's standard output and on C's standard error: to nowhere."""
+    """OpenEXR prints what should be an error, in Python, in C and on both streams: to nowhere while it decodes."""
+    flush = ctypes.CDLL(None).fflush  # what C prints waits where it goes to a file
     sys.stderr.flush()
-    nothing, kept = os.open(os.devnull, os.O_WRONLY), os.dup(2)
-    os.dup2(nothing, 2)
+    flush(None)
+    nothing, kept = os.open(os.devnull, os.O_WRONLY), {stream: os.dup(stream) for stream in (1, 2)}
     try:
+        for stream in kept:
+            os.dup2(nothing, stream)
         with redirect_stdout(io.StringIO()):
             yield
     finally:
-        os.dup2(kept, 2)
-        os.close(kept)
+        flush(None)
+        for stream, copy in kept.items():
+            os.dup2(copy, stream)
+            os.close(copy)
         os.close(nothing)
 
 
@@ -83,7 +89,7 @@ def _opened(path: Path, **how: bool) -> Iterator[Any]:
 def _headers(path: Path, wanted: Wanted) -> tuple[list[Header], list[tuple[str, list[str]]]]:
     """Every part's header, and its name with its channels'; refused before a pixel is read if they ask too much."""
     with _opened(path, header_only=True) as file:
-        headers: list[Header] = [dict(file.header(number)) for number in range(len(file.parts))]
+        headers = [_typed(dict(file.header(number))) for number in range(len(file.parts))]
         parts = [(str(h.get("name", "")), [str(c.name) for c in h["channels"]]) for h in headers]
         windows = [_window(header, "dataWindow") for header in headers]
         shown = [_window(header, "displayWindow") for header in headers]
@@ -96,6 +102,14 @@ def _headers(path: Path, wanted: Wanted) -> tuple[list[Header], list[tuple[str, 
     if pixels > limit:
         raise refuse(path, f"a data window of {pixels} pixels", f"at most {limit}")
     return headers, parts
+
+
+def _typed(header: dict[str, Any]) -> Header:
+    """A header whose numbers are numbers: an attribute may be stored as any type."""
+    header["pixelAspectRatio"] = float(header.get("pixelAspectRatio", 1.0))
+    if "chromaticities" in header:
+        header["chromaticities"] = tuple(float(value) for value in header["chromaticities"])
+    return header
 
 
 def _window(header: Header, name: str) -> tuple[tuple[int, int], tuple[int, int]]:
@@ -158,10 +172,9 @@ def _chromaticities(path: Path, header: Header) -> tuple[Sequence[float], str]:
         stated, said = OpenEXR.colorInteropIDToChromaticities(header["colorInteropID"]), "colorInteropID"
     if stated is None:
         return primaries.REC709, ""
-    values = [float(value) for value in stated]
-    if not primaries.usable(values):
-        raise refuse(path, f"chromaticities {', '.join(f'{v:g}' for v in values)}", "primaries that span colours")
-    return values, said
+    if not primaries.usable(stated):
+        raise refuse(path, f"chromaticities {', '.join(f'{v:g}' for v in stated)}", "primaries that span colours")
+    return stated, said
 
 
 def _in_display(colours: Floats, header: Header, wanted: Wanted) -> tuple[Floats, tuple[str, ...]]:
@@ -185,7 +198,7 @@ def _in_display(colours: Floats, header: Header, wanted: Wanted) -> tuple[Floats
 def _said(header: Header) -> tuple[str, ...]:
     """What a header says of values or pixels and nobody applies."""
     notes = []
-    if (aspect := float(header.get("pixelAspectRatio", 1.0))) != 1:
+    if (aspect := header["pixelAspectRatio"]) != 1:
         notes.append(f"its pixelAspectRatio {aspect:g} is left out: pixels are taken for squares")
     for name in ("whiteLuminance", "adoptedNeutral", "envmap"):
         if name in header:

@@ -26,8 +26,8 @@ WIDE = {"RGB;16B": ("RGB", "RGB;16L"), "RGBA;16B": ("RGBA", "RGBA;16L"), "LA;16B
 """Sixteen bits, of which Pillow keeps the high byte. Told that the bytes are the other way round, it keeps the low."""
 
 
-CHUNKS = 1000
-"""Chunks that are looked at, at most; what says something of colours stands before the pixels."""
+CHUNKS = 1 << 17
+"""Chunks of a file, at most."""
 
 
 def read_png(path: Path, wanted: Wanted) -> Raw:
@@ -40,8 +40,8 @@ def read_png(path: Path, wanted: Wanted) -> Raw:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
+            notes, encoding = _said(dict(_chunks(path)))
             raw = three_channels(path, _decode(path, wanted.size))
-        notes, encoding = _said(dict(_chunks(path)))
         return replace(raw, notes=(*raw.notes, *notes), encoding=encoding)
     except InputError:
         raise
@@ -79,15 +79,20 @@ def _low_bytes(path: Path, kind: str) -> NDArray[Any]:
 
 
 def _chunks(path: Path) -> Iterator[tuple[bytes, bytes]]:
-    """Name and first bytes of every chunk before the pixels."""
+    """Name and first bytes of every chunk; none is longer than the file: its reader would ask for that much memory."""
+    size = path.stat().st_size
     with path.open("rb") as stream:
         stream.seek(8)
         for _ in range(CHUNKS):
-            length, name = struct.unpack(">I4s", stream.read(8))
-            if name == b"IDAT":
+            head = stream.read(8)
+            if len(head) < 8:
                 return
+            length, name = struct.unpack(">I4s", head)
+            if stream.tell() + length > size:
+                raise ValueError("truncated")
             yield name, stream.read(min(length, 80))
             stream.seek(max(length - 80, 0) + 4, 1)
+    raise ValueError(f"more than {CHUNKS} chunks")
 
 
 def _said(chunks: dict[bytes, bytes]) -> tuple[tuple[str, ...], str]:
