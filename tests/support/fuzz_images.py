@@ -63,13 +63,14 @@ def _exr(*parts: tuple[str, dict[str, np.ndarray]], **header: Any) -> bytes:
 def _exr_files() -> list[bytes]:
     import OpenEXR
 
-    found = []
+    found, tiles = [], OpenEXR.TileDescription()
+    tiles.xSize = tiles.ySize = 16
     for name in (name for name in dir(OpenEXR) if name.endswith("_COMPRESSION")):
         for kind in (np.float16, np.float32):
             for storage in (OpenEXR.scanlineimage, OpenEXR.tiledimage):
                 planes = {c: np.ascontiguousarray(p, dtype=kind) for c, p in zip("RGB", IMAGE, strict=True)}
-                with contextlib.suppress(Exception):  # some compressions are listed and not written
-                    found.append(_exr(("", planes), compression=getattr(OpenEXR, name), type=storage))
+                head = {"compression": getattr(OpenEXR, name), "type": storage, "tiles": tiles}
+                found.append(_exr(("", planes), **head))
     r, g, b = IMAGE.astype(np.float32)
     box = tuple(np.array(v, dtype=np.int32) for v in ((-2, -1), (W + 1, H)))
     wide = {c: np.pad(p, ((1, 1), (2, 2))) for c, p in zip("RGB", (r, g, b), strict=True)}

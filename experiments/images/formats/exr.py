@@ -27,8 +27,12 @@ CHANNELS = 128
 """Most channels a file may have: each is decoded."""
 OVERSCAN = 4
 """Pixels of all data windows together over those of the display window, at most; a few thousand are free."""
+LEAST_GREEN = 0.01
+"""Share of green in luminance, below which it cannot be told from luminance and chroma."""
 PXR24 = Rounding(2.0**-15)
 """Float32 cut off or rounded to 24 bits, 16 of them mantissa."""
+LOSSLESS = ("NO", "RLE", "ZIPS", "ZIP", "PIZ", "PXR24", "HTJ2K32", "HTJ2K256", "ZSTD")
+"""Compressions that keep what they are given (PXR24 but for 8 bits of 32): all others are taken to be lossy."""
 LOSSY = 2.0**-8
 """Relative error of lossy compression where nothing varies; 4e-4 was measured for DWAA and B44."""
 Header = Mapping[str, Any]
@@ -139,9 +143,14 @@ def _colours(path: Path, layer: Layer, planes: Sequence[np.ndarray[Any, Any]], h
     subsampled = layer.names == CHROMA and values[1].shape == values[2].shape == halved != (height, width)
     if any(plane.shape != (height, width) for plane in (values[:1] if subsampled else values)):
         raise refuse(path, "subsampled channels", "channels of the full size, or chroma of half of it")
+    if layer.names == XYZ:  # what chromaticities say there is that X, Y and Z are primaries
+        return primaries.from_xyz(Raw(np.stack(values), (), rounding))
     stated, said = _chromaticities(path, header)
     if layer.names == CHROMA:
-        colours = from_luminance(values[0], values[1], values[2], primaries.luminance_weights(stated))
+        weights = primaries.luminance_weights(stated)
+        if abs(weights[1]) < LEAST_GREEN:
+            raise refuse(path, f"chroma whose green has {weights[1]:.2g} of the luminance", f"at least {LEAST_GREEN}")
+        colours = from_luminance(values[0], values[1], values[2], weights)
         note = "its luminance and chroma (Y, RY, BY) are converted to red, green and blue"
         rounding = replace(rounding, relative=4 * rounding.relative, one_exponent=True)
         if subsampled:
@@ -150,15 +159,13 @@ def _colours(path: Path, layer: Layer, planes: Sequence[np.ndarray[Any, Any]], h
         raw = Raw(colours, (note,), rounding)
     else:
         raw = Raw(np.stack(values * (3 // len(values))), (), rounding)
-    if layer.names == XYZ:
-        return primaries.from_xyz(raw)
     return raw if primaries.is_rec709(stated) or layer.names == GREY else primaries.to_rec709(raw, stated, said)
 
 
 def _rounding(header: Header, half: bool) -> Rounding:
-    """What a compression does to channels of 16 or 32 bits: B44 packs the former alone."""
-    compression = str(getattr(header.get("compression"), "name", "")).removesuffix("_COMPRESSION")
-    if compression.startswith("DWA") or (half and compression.startswith("B44")):
+    """What a compression does to channels of 16 or 32 bits: B44 packs the former alone, PXR24 cuts the latter."""
+    compression = str(getattr(header.get("compression"), "name", "unknown")).removesuffix("_COMPRESSION")
+    if compression not in LOSSLESS and (half or not compression.startswith("B44")):
         return Rounding(LOSSY, lossy=compression)
     return HALF if half else PXR24 if compression == "PXR24" else FLOAT
 
