@@ -74,7 +74,9 @@ def _exr_files() -> list[bytes]:
     r, g, b = IMAGE.astype(np.float32)
     box = tuple(np.array(v, dtype=np.int32) for v in ((-2, -1), (W + 1, H)))
     wide = {c: np.pad(p, ((1, 1), (2, 2))) for c, p in zip("RGB", (r, g, b), strict=True)}
-    half = r[: H // 2, : W // 2]
+    half, rgb = r[: H // 2, : W // 2], {"R": r, "G": g, "B": b}
+    shown = (np.zeros(2, dtype=np.int32), np.array((W - 1, H - 1), dtype=np.int32))
+    beside = [np.array(corner, dtype=np.int32) for corner in ((W, H), (2 * W - 1, 2 * H - 1))]
     return [
         *found,
         _exr(("", {"a.R": r, "a.G": g, "a.B": b, "a.A": r, "z.Z": g})),
@@ -83,7 +85,8 @@ def _exr_files() -> list[bytes]:
         _exr(("", {"X": r, "Y": g, "Z": b}), pixelAspectRatio=2.0, whiteLuminance=3.0),
         _exr(("", {"Y": r, "RY": g, "BY": b})),
         _exr(("", {"Y": r})),
-        _exr(("", wide), dataWindow=box, displayWindow=(box[0] * 0, np.array((W - 1, H - 1), dtype=np.int32))),
+        _exr(("", rgb), dataWindow=tuple(beside), displayWindow=shown),
+        _exr(("", wide), dataWindow=box, displayWindow=shown),
         exr_bytes({"Y": (r, 1), "RY": (half, 2), "BY": (half, 2)}, H, W),
     ]
 
@@ -149,12 +152,19 @@ def _png_files() -> list[bytes]:
 
 
 def _refused_exr() -> list[bytes]:
+    import OpenEXR
+
     r, g, b = IMAGE.astype(np.float32)
     rgb = {"R": r, "G": g, "B": b}
     large = _exr(("", {name: np.ones((100, 100), dtype=np.float32) for name in "RGB"}))
     small = np.array((0, 0, W - 1, H - 1), dtype="<i4").tobytes()
     at = large.index(b"displayWindow\0box2i\0") + 24
+    samples = np.empty((H, W), dtype=object)
+    samples[:] = [[np.ones(2, dtype=np.float32) for _ in range(W)] for _ in range(H)]
+    deep = {"type": OpenEXR.deepscanline, "compression": OpenEXR.ZIPS_COMPRESSION}
     return [
+        _exr(("", dict.fromkeys("RGB", samples)), **deep),
+        _exr(("", {"Y": r, "RY": g, "BY": b}), chromaticities=(0.64, 0.33, 0.4, 0.0, 0.15, 0.06, 0.3, 0.3)),
         _exr(("", {name: plane.astype(np.uint32) for name, plane in rgb.items()})),
         _exr(("", {f"{layer}.{name}": plane for layer in "ab" for name, plane in rgb.items()})),
         _exr(("", {f"{k}.R": r for k in range(130)})),

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import ctypes
 import errno
-import io
-import os
-import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, redirect_stdout
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,13 +15,10 @@ from nusselt.renderer.vectors import Floats
 
 from . import primaries
 from .chroma import from_luminance
+from .exr_files import Header, headers_of, opened, quiet, window
 from .layers import CHROMA, GREY, XYZ, Layer, chosen, layers_of, left_out
-from .raw import FLOAT, HALF, Format, Raw, Rounding, Wanted, check_size, refuse
+from .raw import FLOAT, HALF, Format, Raw, Rounding, Wanted, refuse
 
-CHANNELS = 128
-"""Most channels a file may have: each is decoded."""
-OVERSCAN = 4
-"""Pixels of all data windows together over those of the display window, at most; a few thousand are free."""
 LEAST_GREEN = 0.01
 """Share of green in luminance, below which it cannot be told from luminance and chroma."""
 PXR24 = Rounding(2.0**-15)
@@ -35,7 +27,6 @@ LOSSLESS = ("NO", "RLE", "ZIPS", "ZIP", "PIZ", "PXR24", "HTJ2K32", "HTJ2K256", "
 """Compressions that keep what they are given (PXR24 but for 8 bits of 32): all others are taken to be lossy."""
 LOSSY = 2.0**-8
 """Relative error of lossy compression where nothing varies; 4e-4 was measured for DWAA and B44."""
-Header = Mapping[str, Any]
 
 
 def read_exr(path: Path, wanted: Wanted) -> Raw:
@@ -45,7 +36,7 @@ def read_exr(path: Path, wanted: Wanted) -> Raw:
     ------
     InputError
     """
-    headers, parts = _headers(path, wanted)
+    headers, parts = headers_of(path, wanted)
     layers = layers_of(parts)
     layer = chosen(path, layers, [name for _, names in parts for name in names], wanted.layer)
     header = headers[layer.part]
@@ -55,77 +46,8 @@ def read_exr(path: Path, wanted: Wanted) -> Raw:
     return replace(raw, values=values, notes=(*left_out(layer, parts), *_said(header), *moved, *raw.notes))
 
 
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """OpenEXR prints what should be an error, in Python, in C and on both streams: to nowhere while it decodes."""
-    flush = ctypes.CDLL(None).fflush  # what C prints waits where it goes to a file
-    sys.stderr.flush()
-    flush(None)
-    nothing, kept = os.open(os.devnull, os.O_WRONLY), {stream: os.dup(stream) for stream in (1, 2)}
-    try:
-        for stream in kept:
-            os.dup2(nothing, stream)
-        with redirect_stdout(io.StringIO()):
-            yield
-    finally:
-        flush(None)
-        for stream, copy in kept.items():
-            os.dup2(copy, stream)
-            os.close(copy)
-        os.close(nothing)
-
-
-@contextmanager
-def _opened(path: Path, **how: bool) -> Iterator[Any]:
-    """A file as OpenEXR reads it; what it raises, or should, is an `InputError`."""
-    import OpenEXR
-
-    try:
-        with _quiet(), OpenEXR.File(str(path), **how) as file:
-            yield file
-    except InputError:
-        raise
-    except Exception as error:  # whatever a foreign parser raises
-        told = " ".join(str(error).split())[:80]
-        raise refuse(path, f"damaged EXR ({told})", "a whole OpenEXR file") from error
-
-
-def _headers(path: Path, wanted: Wanted) -> tuple[list[Header], list[tuple[str, list[str]]]]:
-    """Every part's header, and its name with its channels'; refused before a pixel is read if they ask too much."""
-    with _opened(path, header_only=True) as file:
-        headers = [_typed(dict(file.header(number))) for number in range(len(file.parts))]
-        parts = [(str(h.get("name", "")), [str(c.name) for c in h["channels"]]) for h in headers]
-        windows = [_window(header, "dataWindow") for header in headers]
-        shown = [_window(header, "displayWindow") for header in headers]
-    for _, size in shown:
-        data = f", of which {windows[0][1][0]} x {windows[0][1][1]} are there" if windows[0] != shown[0] else ""
-        check_size(path, size, wanted.size, data)
-    if (count := sum(len(names) for _, names in parts)) > CHANNELS:
-        raise refuse(path, f"{count} channels", f"at most {CHANNELS}")
-    pixels, limit = sum(w * h for _, (w, h) in windows), OVERSCAN * len(parts) * (wanted.width * wanted.height + 1024)
-    if pixels > limit:
-        raise refuse(path, f"a data window of {pixels} pixels", f"at most {limit}")
-    return headers, parts
-
-
-def _typed(header: dict[str, Any]) -> Header:
-    """A header whose numbers are numbers: an attribute may be stored as any type."""
-    header["pixelAspectRatio"] = float(header.get("pixelAspectRatio", 1.0))
-    if "chromaticities" in header:
-        header["chromaticities"] = tuple(float(value) for value in header["chromaticities"])
-    return header
-
-
-def _window(header: Header, name: str) -> tuple[tuple[int, int], tuple[int, int]]:
-    """The first column and row of a window, and its width and height."""
-    (left, top), (right, bottom) = ([int(v) for v in corner] for corner in header[name])
-    if right < left or bottom < top:
-        raise ValueError(f"an empty {name}")
-    return (left, top), (right - left + 1, bottom - top + 1)
-
-
 def _planes(path: Path, layer: Layer, parts: int) -> list[np.ndarray[Any, Any]]:
-    with _opened(path, separate_channels=True) as file:
+    with opened(path, separate_channels=True) as file:
         if len(file.parts) != parts:  # it drops what it cannot decode, and says so in print alone
             raise ValueError("pixels that cannot be decoded")
         channels = file.channels(layer.part)
@@ -136,7 +58,7 @@ def _colours(path: Path, layer: Layer, planes: Sequence[np.ndarray[Any, Any]], h
     """Rec. 709's R, G, B of a layer's channels, in its data window."""
     if any(plane.dtype.kind != "f" for plane in planes):
         raise refuse(path, f"whole numbers in channels {', '.join(layer.channels)}", "floating point")
-    _, (width, height) = _window(header, "dataWindow")
+    _, (width, height) = window(header, "dataWindow")
     rounding = _rounding(header, any(plane.dtype == np.float16 for plane in planes))
     values = [plane.astype(np.float64) for plane in planes]
     halved = ((height + 1) // 2, (width + 1) // 2)
@@ -172,13 +94,10 @@ def _rounding(header: Header, half: bool) -> Rounding:
 
 def _chromaticities(path: Path, header: Header) -> tuple[Sequence[float], str]:
     """Primaries and white that a header names, in either way, and how; else Rec. 709's."""
-    import OpenEXR
-
-    stated, said = header.get("chromaticities"), "chromaticities"
-    if stated is None and isinstance(header.get("colorInteropID"), str):
-        stated, said = OpenEXR.colorInteropIDToChromaticities(header["colorInteropID"]), "colorInteropID"
-    if stated is None:
-        return primaries.REC709, ""
+    if "chromaticities" in header:
+        stated, said = header["chromaticities"], "chromaticities"
+    else:
+        stated, said = primaries.SPACES.get(str(header.get("colorInteropID")), primaries.REC709), "colorInteropID"
     if not primaries.usable(stated):
         raise refuse(path, f"chromaticities {', '.join(f'{v:g}' for v in stated)}", "primaries that span colours")
     return stated, said
@@ -186,8 +105,8 @@ def _chromaticities(path: Path, header: Header) -> tuple[Sequence[float], str]:
 
 def _in_display(colours: Floats, header: Header, wanted: Wanted) -> tuple[Floats, tuple[str, ...]]:
     """The data window's pixels at their place in the display window, black where there are none."""
-    (left, top), (width, height) = _window(header, "dataWindow")
-    (x, y), _ = _window(header, "displayWindow")
+    (left, top), (width, height) = window(header, "dataWindow")
+    (x, y), _ = window(header, "displayWindow")
     left, top = left - x, top - y
     if (left, top, width, height) == (0, 0, *wanted.size):
         return colours, ()
@@ -209,11 +128,10 @@ def _said(header: Header) -> tuple[str, ...]:
         notes.append(f"its pixelAspectRatio {aspect:g} is left out: pixels are taken for squares")
     for name in ("whiteLuminance", "adoptedNeutral", "envmap"):
         if name in header:
-            told = " ".join(str(header[name]).split())[:40]
-            notes.append(f"its {name} ({told if told.isprintable() else 'unprintable'}) is left out")
-    interop = header.get("colorInteropID")
-    if isinstance(interop, str) and interop[:60].isprintable() and not interop.startswith("lin_"):
-        notes.append(f"its colorInteropID is {interop[:60]}: values are taken as they are")
+            notes.append(f"its {name} ({' '.join(str(header[name]).split())[:40]}) is left out")
+    interop = header.get("colorInteropID", "unknown")
+    if interop not in ("unknown", *primaries.SPACES):
+        notes.append(f"its colorInteropID is {str(interop)[:60]}: values are taken as they are")
     return tuple(notes)
 
 
@@ -228,7 +146,7 @@ def exr_planes(path: Path) -> Floats:
     import OpenEXR
 
     try:
-        with _quiet(), OpenEXR.File(str(path)) as file:
+        with quiet(), OpenEXR.File(str(path)) as file:
             channels = {name: np.array(channel.pixels, dtype=np.float64) for name, channel in file.channels().items()}
     except Exception as error:  # its reader raises whatever its C++ side throws
         raise InputError("image", str(path), f"a readable EXR file ({error})") from error
@@ -251,7 +169,7 @@ def write_channels(path: Path, channels: Mapping[str, np.ndarray[Any, Any]]) -> 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     pixels = {name: np.ascontiguousarray(values, dtype=np.float32) for name, values in channels.items()}
     try:
-        with _quiet(), OpenEXR.File(header, pixels) as file:
+        with quiet(), OpenEXR.File(header, pixels) as file:
             file.write(str(path))
     except RuntimeError as error:  # all that OpenEXR says of a full disk
         raise OSError(errno.EIO, str(error).rsplit(". ", 1)[-1].rstrip(".").lower()) from error

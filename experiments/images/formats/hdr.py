@@ -67,8 +67,7 @@ def _header(path: Path, text: bytes) -> tuple[Lines, list[str]]:
     for line in text.split(b"\n"):
         name, _, value = line.decode("latin-1").partition("=")
         if name == "FORMAT" and value.strip() != "32-bit_rle_rgbe":
-            told = value.strip()[:40] if value.isprintable() else "unprintable"
-            raise refuse(path, f"an HDR file of FORMAT={told}", "FORMAT=32-bit_rle_rgbe")
+            raise refuse(path, f"an HDR file of FORMAT={value.strip()[:40]}", "FORMAT=32-bit_rle_rgbe")
         if name not in lines:
             continue
         try:

@@ -65,7 +65,8 @@ def layers_of(parts: Sequence[tuple[str, Iterable[str]]]) -> list[Layer]:
 
 
 def chosen(path: Path, layers: Sequence[Layer], names: Sequence[str], wanted: str) -> Layer:
-    """The layer called ``wanted``, else the only one in no layer, else the only one there is.
+    """The layer called ``wanted``; else the only one of colours in no layer; of several parts, the only one of R, G, B;
+    else the only one there is.
 
     Raises
     ------
@@ -78,12 +79,13 @@ def chosen(path: Path, layers: Sequence[Layer], names: Sequence[str], wanted: st
             return named[0]
         raise refuse(path, f"layer {wanted[:80]}", f"one of its layers: {listed(layer.label for layer in layers)}")
     base = [layer for layer in layers if not layer.prefix and (layer.is_rgb or layer.names == CHROMA)]
-    for pool in (base, layers):
+    apart = len({layer.part for layer in layers}) > 1
+    for pool in (base, [layer for layer in layers if layer.is_rgb and apart], layers):
         if len(pool) == 1:
             return pool[0]
         if pool:
             several = listed(layer.label for layer in layers)
-            raise refuse(path, f"several layers: {several}", f"one of them, named as {path.name}:LAYER")
+            raise refuse(path, f"{len(layers)} layers", f"one of them, named as {path.name}:LAYER: {several}")
     raise refuse(path, f"channels {listed(names)}", "channels R, G, B; Y; Y, RY, BY; or X, Y, Z")
 
 
@@ -113,6 +115,7 @@ def left_out(taken: Layer, parts: Sequence[tuple[str, Iterable[str]]]) -> tuple[
 
 
 def listed(names: Iterable[str]) -> str:
-    """Names in a row, cut where they are too many."""
+    """Names in a row, cut where they are too many; what cannot be printed is not."""
     text = ", ".join(dict.fromkeys(names)) or "none"
+    text = "".join(letter if letter.isprintable() else "?" for letter in text)
     return text if len(text) <= SHOWN else text[:SHOWN].rsplit(", ", 1)[0] + ", …"

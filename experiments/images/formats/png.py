@@ -111,7 +111,6 @@ def _said(chunks: dict[bytes, bytes]) -> tuple[tuple[str, ...], str]:
         return tuple(notes), f"its cICP chunk says {numbers} (primaries, curve, matrix, range)"
     if b"iCCP" in chunks:
         name = chunks[b"iCCP"].split(b"\0")[0].decode("latin-1")
-        name = "".join(letter for letter in name if letter.isprintable())
         return tuple(notes), f"its iCCP chunk names the profile '{name}' (--transfer srgb, if its curve is that)"
     if b"sRGB" in chunks:
         return tuple(notes), "its sRGB chunk says sRGB (--transfer srgb)"

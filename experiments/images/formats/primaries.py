@@ -13,6 +13,16 @@ from .raw import Raw, Rounding
 
 REC709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.329)
 """x and y of red, green, blue and white."""
+D60 = (0.32168, 0.33767)
+SPACES = {
+    "lin_rec709_scene": REC709,
+    "lin_ap0_scene": (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, *D60),
+    "lin_ap1_scene": (0.713, 0.293, 0.165, 0.83, 0.128, 0.044, *D60),
+    "lin_p3d65_scene": (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, *REC709[6:]),
+    "lin_rec2020_scene": (0.708, 0.292, 0.17, 0.797, 0.131, 0.046, *REC709[6:]),
+    "lin_adobergb_scene": (0.64, 0.33, 0.21, 0.71, 0.15, 0.06, *REC709[6:]),
+}
+"""Linear spaces by the Color Interop Forum's names."""
 ALIKE = 2e-3
 """Chromaticities as near as this are the same, written with fewer digits."""
 PRECISION = 5e-4

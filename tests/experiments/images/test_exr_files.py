@@ -11,7 +11,7 @@ from builders import floor, lamp, scene
 from exr_bytes import exr_bytes
 
 from nusselt.experiments.images.formats.chroma import FILTER, doubled, from_luminance
-from nusselt.experiments.images.formats.primaries import REC709, luminance_weights
+from nusselt.experiments.images.formats.primaries import REC709, SPACES, luminance_weights
 from nusselt.experiments.images.read import is_image, read_image
 from nusselt.experiments.images.write import write_image
 from nusselt.renderer.errors import InputError
@@ -63,6 +63,7 @@ def said(path: str | Path) -> str:
         ([("", dict(zip(("red", "green", "blue"), IMAGE, strict=True)))], "red, green, blue are taken"),
         ([("beauty", rgb()), ("depth", {"Z": GREY})], "its layer beauty is taken / what else"),
         ([("depth", {"Z": GREY}), ("beauty", rgb("beauty."))], "its layer beauty is taken"),
+        ([("N", dict.fromkeys("XYZ", GREY)), ("beauty", rgb("beauty."))], "taken / what else it holds is left out: N"),
     ],
 )  # fmt: skip
 def test_the_one_image_in_a_file_is_read_and_the_rest_is_said(tmp_path, parts, notes):
@@ -83,7 +84,7 @@ def test_the_one_image_in_a_file_is_read_and_the_rest_is_said(tmp_path, parts, n
 def test_of_several_layers_one_is_named(tmp_path, parts, label):
     path = write(tmp_path / "a.exr", *parts)
     if len(parts) == 1 or label == "two":
-        with pytest.raises(InputError, match=r"several layers: one, two: expected one of them, named as a.exr:LAYER"):
+        with pytest.raises(InputError, match=r"2 layers: expected one of them, named as a.exr:LAYER: one, two"):
             read_image(path, ROOM)
     named = f"{path}:{label}"
     assert is_image(named)
@@ -100,6 +101,13 @@ def test_a_file_whose_name_has_a_colon_is_that_file(tmp_path):
     np.testing.assert_array_equal(read_image(tmp_path / "b.exr:two", ROOM).values, IMAGE / 2)
     with pytest.raises(InputError, match=r"no such file"):
         read_image(tmp_path / "c.exr:two", ROOM)
+
+
+def test_grey_in_no_layer_beside_a_layer_of_colours_is_to_be_chosen(tmp_path):
+    path = write(tmp_path / "a.exr", ("", rgb("albedo.", IMAGE / 2) | {"Y": RED}))
+    with pytest.raises(InputError, match=r"named as a.exr:LAYER: Y, albedo"):
+        read_image(path, ROOM)
+    np.testing.assert_array_equal(read_image(f"{path}:Y", ROOM).values[2], RED)
 
 
 def test_directions_are_no_colours(tmp_path):
@@ -174,6 +182,19 @@ def test_what_a_header_says_and_nobody_applies_is_said(tmp_path):
     path = write(tmp_path / "a.exr", ("", rgb()), pixelAspectRatio=2.0, whiteLuminance=100.0, colorInteropID="data")
     for word in ("pixelAspectRatio 2", "whiteLuminance (100", "colorInteropID is data"):
         assert word in said(path)
+
+
+def test_spaces_are_those_of_openexr():
+    known = getattr(OpenEXR, "colorInteropIDToChromaticities", None)
+    if known is None:
+        pytest.skip("OpenEXR before 3.5 has no names of spaces")
+    for name, chromaticities in SPACES.items():
+        np.testing.assert_allclose(chromaticities, known(name), atol=1e-6)
+
+
+def test_names_that_cannot_be_printed_are_quoted_without(tmp_path):
+    path = write(tmp_path / "a.exr", ("", rgb() | {"x\x1b[2J.Z": GREY}))
+    assert "left out: x?[2J" in said(path)
 
 
 def test_luminance_and_chroma(tmp_path):
@@ -253,3 +274,26 @@ def test_a_header_that_asks_for_more_than_an_image_is_refused(tmp_path):
     large.write_bytes(data)
     with pytest.raises(InputError, match="a data window of 10000 pixels: expected at most 5824"):
         read_image(large, ROOM)
+
+
+def test_deep_pixels_are_refused_before_any_is_read(tmp_path):
+    samples = np.empty((H, W), dtype=object)
+    samples[:] = [[np.ones(2, dtype=np.float32) for _ in range(W)] for _ in range(H)]
+    header = {"type": OpenEXR.deepscanline, "compression": OpenEXR.ZIPS_COMPRESSION}
+    path = write(tmp_path / "a.exr", ("", dict.fromkeys("RGB", samples)), **header)
+    with pytest.raises(InputError, match="deep pixels: expected one colour a pixel"):
+        read_image(path, ROOM)
+
+
+def test_a_tile_far_larger_than_the_image_is_refused_before_it_is_decoded(tmp_path):
+    """1.7 kB that ask for 5 GB and 20 s."""
+    tiles = OpenEXR.TileDescription()
+    tiles.xSize = tiles.ySize = 16
+    path = write(tmp_path / "a.exr", ("", rgb()), type=OpenEXR.tiledimage, tiles=tiles)
+    np.testing.assert_array_equal(read_image(path, ROOM).values, IMAGE)
+    size = np.array([16, 16], dtype="<u4").tobytes()
+    data = path.read_bytes()
+    assert data.count(b"tiledesc\0\x09\0\0\0" + size) == 1
+    path.write_bytes(data.replace(size, np.array([16, 1 << 24], dtype="<u4").tobytes(), 1))
+    with pytest.raises(InputError, match="tiles of 805306368 values: expected at most 16777216"):
+        read_image(path, ROOM)
