@@ -12,7 +12,7 @@ HALF, FLOAT = 1, 2
 
 
 def attribute(name: str, kind: str, data: bytes) -> bytes:
-    return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<i", len(data)) + data
+    return name.encode() + b"\0" + kind.encode("latin-1") + b"\0" + struct.pack("<i", len(data)) + data
 
 
 def exr_bytes(channels: Mapping[str, tuple[np.ndarray[Any, Any], int]], height: int, width: int) -> bytes:

@@ -239,7 +239,7 @@ def content(ending: str, rng: np.random.Generator) -> bytes:
         kinds = [
             ("chromaticities", "chromaticities", rng.bytes(32)),
             ("envmap", "envmap", b"\0"),
-            ("a", "v3i", bytes(12)),
+            (str(rng.choice(["envmap", "colorInteropID", "pixelAspectRatio", "tiles", "a"])), "\x9e", bytes(12)),
         ]
         name, kind, value = kinds[int(rng.integers(len(kinds)))]
         data[8:8] = attribute(name, kind, value)

@@ -15,7 +15,7 @@ from nusselt.renderer.vectors import Floats
 
 from . import primaries
 from .chroma import from_luminance
-from .exr_files import Header, headers_of, opened, quiet, window
+from .exr_files import QUOTED, Header, headers_of, opened, quiet, window
 from .layers import CHROMA, GREY, XYZ, Layer, chosen, layers_of, left_out
 from .raw import FLOAT, HALF, Format, Raw, Rounding, Wanted, refuse
 
@@ -97,7 +97,7 @@ def _chromaticities(path: Path, header: Header) -> tuple[Sequence[float], str]:
     if "chromaticities" in header:
         stated, said = header["chromaticities"], "chromaticities"
     else:
-        stated, said = primaries.SPACES.get(str(header.get("colorInteropID")), primaries.REC709), "colorInteropID"
+        stated, said = primaries.SPACES.get(header.get("colorInteropID", ""), primaries.REC709), "colorInteropID"
     if not primaries.usable(stated):
         raise refuse(path, f"chromaticities {', '.join(f'{v:g}' for v in stated)}", "primaries that span colours")
     return stated, said
@@ -126,12 +126,10 @@ def _said(header: Header) -> tuple[str, ...]:
     notes = []
     if (aspect := header["pixelAspectRatio"]) != 1:
         notes.append(f"its pixelAspectRatio {aspect:g} is left out: pixels are taken for squares")
-    for name in ("whiteLuminance", "adoptedNeutral", "envmap"):
-        if name in header:
-            notes.append(f"its {name} ({' '.join(str(header[name]).split())[:40]}) is left out")
+    notes += [f"its {name} ({header[name]}) is left out" for name in QUOTED[1:] if name in header]
     interop = header.get("colorInteropID", "unknown")
     if interop not in ("unknown", *primaries.SPACES):
-        notes.append(f"its colorInteropID is {str(interop)[:60]}: values are taken as they are")
+        notes.append(f"its colorInteropID is {interop}: values are taken as they are")
     return tuple(notes)
 
 

@@ -21,6 +21,8 @@ OVERSCAN = 4
 """Pixels of a data window over those of the display window, at most; a few thousand are free."""
 TILE = 1 << 24
 """Values of all channels that a tile may have, at least: 2048 x 2048 pixels of four."""
+QUOTED = ("colorInteropID", "whiteLuminance", "adoptedNeutral", "envmap")
+"""Attributes that are quoted."""
 Header = Mapping[str, Any]
 Parts = list[tuple[str, list[str]]]
 """Every part's name, and its channels'."""
@@ -85,11 +87,11 @@ def headers_of(path: Path, wanted: Wanted) -> tuple[list[Header], Parts]:
 
 
 def _typed(header: dict[str, Any]) -> Header:
-    """A header whose numbers are numbers: an attribute may be stored as any type."""
+    """A header whose numbers are numbers, and whose text is text: an attribute may be stored as any type."""
     header["pixelAspectRatio"] = float(header.get("pixelAspectRatio", 1.0))
     if "chromaticities" in header:
         header["chromaticities"] = tuple(float(value) for value in header["chromaticities"])
-    return header
+    return header | {name: " ".join(str(header[name]).split())[:60] for name in QUOTED if name in header}
 
 
 def window(header: Header, name: str) -> tuple[tuple[int, int], tuple[int, int]]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import numpy as np
 import OpenEXR
 import pytest
 from builders import floor, lamp, scene
-from exr_bytes import exr_bytes
+from exr_bytes import attribute, exr_bytes
 
 from nusselt.experiments.images.formats.chroma import FILTER, doubled, from_luminance
 from nusselt.experiments.images.formats.primaries import REC709, SPACES, luminance_weights
@@ -297,3 +298,12 @@ def test_a_tile_far_larger_than_the_image_is_refused_before_it_is_decoded(tmp_pa
     path.write_bytes(data.replace(size, np.array([16, 1 << 24], dtype="<u4").tobytes(), 1))
     with pytest.raises(InputError, match="tiles of 805306368 values: expected at most 16777216"):
         read_image(path, ROOM)
+
+
+@pytest.mark.parametrize("name", ["envmap", "colorInteropID", "pixelAspectRatio", "chromaticities"])
+def test_attributes_of_a_type_that_nobody_knows_are_no_surprise(tmp_path, name):
+    data = exr_bytes({"Y": (GREY, 1)}, H, W)
+    begin = data.replace(b"pixelAspectRatio\0float\0\4\0\0\0" + struct.pack("<f", 1), b"")
+    (tmp_path / "a.exr").write_bytes(begin[:8] + attribute(name, "\x9e", b"\0") + begin[8:])
+    with pytest.raises(InputError, match="damaged EXR"):
+        read_image(tmp_path / "a.exr", ROOM)
