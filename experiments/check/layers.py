@@ -19,6 +19,7 @@ def drawn_layers(scene: Scene, image: Image, drawing: Drawing, executor: Executo
     """All layers of an image that was drawn, with each light's share of it where there are 2 to 24 lights.
 
     There it alone shines; the others are black and stand where they stood, so that its random numbers are its own.
+    Where an error is asked for, each is sampled to that.
     """
     found = image_layers(image) | scene_layers(scene)
     if 1 < len(scene.lights) <= LIGHTS:

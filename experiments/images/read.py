@@ -19,6 +19,7 @@ from .kinds import kind_of, split_layer
 from .transfer import RULES, Quantiser, Rule, Transfer
 
 READERS = {kind.suffix: kind.read for kind in FORMATS}
+PIXEL = {kind.suffix: kind.pixel for kind in FORMATS}
 
 
 def is_image(name: str) -> bool:
@@ -41,7 +42,7 @@ def read_image(name: str | PathLike[str], scene: Scene) -> Raw:
     if path.is_file() and kind not in READERS:
         told = f"a {kind} file" if kind else path.suffix.lower() or "no ending"
         raise refuse(path, told, "an image that is one of " + ", ".join(READERS))
-    check_bytes(path, wanted.size)
+    check_bytes(path, wanted.size, PIXEL.get(kind, 0))
     try:
         with np.errstate(all="ignore"):  # what is not finite is counted, not warned of
             raw = READERS[kind](path, wanted)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,8 +23,10 @@ from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats, column
 
-Layers = dict[str, Floats]
+Layers = dict[str, np.ndarray[Any, Any]]
 """By name ("": the image), (1, h, w) or (3, h, w)."""
+BLOCK = 1 << 18
+"""Pixels whose rays are followed at once."""
 ENDS = {"normal": "XYZ", "position": "XYZ", "depth": "Z"}
 """What channels of layers are called that are no colours and no plain numbers."""
 
@@ -48,23 +51,31 @@ def reference_layers(reference: Reference, z: Floats) -> Layers:
 
 
 def scene_layers(scene: Scene) -> Layers:
-    """What the ray through each pixel's centre hits: depth along the view, position, normal to the viewer, albedo.
+    """What the ray through each pixel's centre hits, in float32: depth along the view, position, normal to the viewer,
+    Lambert's albedo.
 
     Lengths are the scene's; nothing hit: depth inf, and 0.
     """
     near, geometry, _ = prepare(scene)
-    shape = (scene.height, scene.width)
-    view = look(near, geometry, *pixel_centres(range(scene.width), range(scene.height)))
-    hit = view.hits.surface >= 0
-    position = view.hits.position - column(near.camera.position) + column(scene.camera.position)
-    facing = (view.hits.normal * view.outgoing).sum(axis=0)
-    normal = np.where(facing < 0, -1, 1) * view.hits.normal
-    albedo = np.zeros(normal.shape)
-    albedo[:, view.lit] = view.points.albedo(Lambert)
-    position, normal = (np.where(hit, values, 0) for values in (position, normal))
-    depth = view.hits.distance  # rays are one long along the view
-    found = {"depth": depth[None], "position": position, "normal": normal, "albedo": albedo}
-    return {name: values.reshape(-1, *shape) for name, values in found.items()}
+    moved = column(scene.camera.position) - column(near.camera.position)
+    counts = {"depth": 1, "position": 3, "normal": 3, "albedo": 3}
+    found = {name: np.zeros((n, scene.height, scene.width), dtype=np.float32) for name, n in counts.items()}
+    step = max(1, BLOCK // scene.width)
+    for rows in (range(y, min(y + step, scene.height)) for y in range(0, scene.height, step)):
+        view = look(near, geometry, *pixel_centres(range(scene.width), rows))
+        hit = view.hits.surface >= 0
+        facing = (view.hits.normal * view.outgoing).sum(axis=0)
+        albedo = np.zeros(view.hits.normal.shape)
+        albedo[:, view.lit] = view.points.albedo(Lambert)
+        seen = {
+            "depth": view.hits.distance[None],  # rays are one long along the view
+            "position": np.where(hit, view.hits.position + moved, 0),
+            "normal": np.where(hit, np.where(facing < 0, -1, 1) * view.hits.normal, 0),
+            "albedo": albedo,
+        }
+        for name, values in seen.items():
+            found[name][:, rows.start : rows.stop] = values.reshape(-1, len(rows), scene.width)
+    return found
 
 
 def check_layered_name(path: Path, aovs: bool) -> None:
@@ -78,9 +89,9 @@ def check_layered_name(path: Path, aovs: bool) -> None:
         raise InputError("aovs", str(path), "a name that ends in .exr: other formats have no layers")
 
 
-def write_layers(path: Path, layers: Mapping[str, Floats]) -> None:
+def write_layers(path: Path, layers: Mapping[str, np.ndarray[Any, Any]]) -> None:
     """Write layers as one part of 32-bit channels."""
-    channels: dict[str, Floats] = {}
+    channels: Layers = {}
     for name, values in layers.items():
         ends = ENDS.get(name, "Y" if len(values) == 1 else "RGB")
         channels |= {f"{name}.{end}" if name else end: plane for end, plane in zip(ends, values, strict=True)}

@@ -53,7 +53,7 @@ def write_sides(
 ) -> dict[str, str]:
     """Write an image called ``name``, the reference and their difference; returns what is where, by name.
 
-    One EXR file, called as the folder, holds all of it in layers, and what the scene's pixels show.
+    One EXR file beside the folder, called as it is, holds all of it in layers, and what the scene's pixels show.
     """
     found = {f"{name}.png": image.first, f"{name}.exr": image.mean}
     layers = image_layers(image) | ({} if scene is None else scene_layers(scene))
@@ -67,9 +67,9 @@ def write_sides(
         for file in ("difference.exr", "difference.png"):
             write_difference(folder / file, z)
             names.append(file)
-    write_layers(folder / f"{folder.name}.exr", layers)
+    write_layers(folder.with_name(f"{folder.name}.exr"), layers)
     where = {file.replace(".", "_"): f"{folder.name}/{file}" for file in names}
-    return where | {"layers_exr": f"{folder.name}/{folder.name}.exr"}
+    return where | {"layers_exr": f"{folder.name}.exr"}
 
 
 def write_pictures(

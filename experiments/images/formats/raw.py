@@ -16,8 +16,6 @@ from nusselt.renderer.vectors import Floats
 
 SPARE = 1 << 24
 """Bytes a file may hold besides those of its pixels: comments, profiles, thumbnails."""
-PIXEL = 512
-"""Bytes a pixel may take: 128 channels of four bytes."""
 
 
 @dataclass(frozen=True)
@@ -115,6 +113,8 @@ class Format:
         The same in 16 bits, where ``write`` writes 8.
     has_layers : bool
         Whether one of them can be named, as FILE:LAYER.
+    pixel : int
+        Bytes that a pixel may take in a file.
     """
 
     suffix: str
@@ -123,6 +123,7 @@ class Format:
     write: Callable[[Path, Floats], None] | None = None
     write_wide: Callable[[Path, Floats], None] | None = None
     has_layers: bool = False
+    pixel: int = 64
 
 
 def refuse(path: Path, found: object, accepted: str) -> InputError:
@@ -136,7 +137,7 @@ def check_size(path: Path, size: tuple[int, int], wanted: tuple[int, int], more:
         raise refuse(path, f"{size[0]} x {size[1]} pixels{more}", f"the scene's {wanted[0]} x {wanted[1]}")
 
 
-def check_bytes(path: Path, wanted: tuple[int, int]) -> None:
+def check_bytes(path: Path, wanted: tuple[int, int], pixel: int) -> None:
     """Refuse what is no plain file, or far larger than an image of that size can be."""
     try:
         there, plain = path.exists(), path.is_file()
@@ -145,7 +146,7 @@ def check_bytes(path: Path, wanted: tuple[int, int]) -> None:
         raise refuse(path, str(error), "an image file") from error
     if not plain:
         raise refuse(path, "not a plain file" if there else "no such file", "an image file")
-    limit = SPARE + PIXEL * wanted[0] * wanted[1]
+    limit = SPARE + pixel * wanted[0] * wanted[1]
     if size > limit:
         raise refuse(path, f"{size} bytes", f"at most {limit} for an image of {wanted[0]} x {wanted[1]}")
 
