@@ -7,7 +7,7 @@ import io
 import os
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, redirect_stdout, suppress
 from pathlib import Path
 from typing import Any
 
@@ -32,9 +32,14 @@ Parts = list[tuple[str, list[str]]]
 def quiet() -> Iterator[None]:
     """OpenEXR prints what should be an error, in Python, in C and on both streams: to nowhere while it decodes."""
     flush = ctypes.CDLL(None).fflush  # what C prints waits where it goes to a file
-    sys.stderr.flush()
+    if sys.stderr is not None:
+        sys.stderr.flush()
     flush(None)
-    nothing, kept = os.open(os.devnull, os.O_WRONLY), {stream: os.dup(stream) for stream in (1, 2)}
+    nothing = os.open(os.devnull, os.O_WRONLY)
+    kept: dict[int, int] = {}
+    for stream in (1, 2):
+        with suppress(OSError):  # it is closed
+            kept[stream] = os.dup(stream)
     try:
         for stream in kept:
             os.dup2(nothing, stream)

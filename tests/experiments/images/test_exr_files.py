@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import struct
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -307,3 +309,17 @@ def test_attributes_of_a_type_that_nobody_knows_are_no_surprise(tmp_path, name):
     (tmp_path / "a.exr").write_bytes(begin[:8] + attribute(name, "\x9e", b"\0") + begin[8:])
     with pytest.raises(InputError, match="damaged EXR"):
         read_image(tmp_path / "a.exr", ROOM)
+
+
+@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
+def test_streams_may_be_closed(tmp_path, closed):
+    write(tmp_path / "a.exr", ("", rgb()))
+    (tmp_path / "read.py").write_text(
+        "from pathlib import Path\n"
+        "from nusselt.experiments.images.formats import exr, Wanted\n"
+        f"raw = exr.read_exr(Path('a.exr'), Wanted({W}, {H}))\n"
+        "exr.write_exr(Path('b.exr'), raw.values)\n"
+    )
+    done = subprocess.run(["sh", "-c", f"{sys.executable} read.py {closed}"], cwd=tmp_path, timeout=60)
+    assert done.returncode == 0
+    np.testing.assert_array_equal(read_image(tmp_path / "b.exr", ROOM).values, IMAGE)
