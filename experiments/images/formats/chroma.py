@@ -1,7 +1,8 @@
 """Luminance and chroma (Y, RY, BY) as red, green and blue, as OpenEXR's own `RgbaInputFile` does it.
 
 RY = (R - Y) / Y, BY = (B - Y) / Y. Of chroma at half the size every second value is there; the others are
-interpolated by its filter of 14, and pixels more saturated than those around them are toned down as it does.
+interpolated by its filter of 14, and pixels more saturated than those around them are toned down as it does. Against
+a transcription of its loops: equal to 1e-15 where sizes are even, but for such pixels in the first row (1 %).
 """
 
 from __future__ import annotations
