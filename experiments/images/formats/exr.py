@@ -61,10 +61,12 @@ def _colours(path: Path, layer: Layer, planes: Sequence[np.ndarray[Any, Any]], h
     _, (width, height) = window(header, "dataWindow")
     rounding = _rounding(header, any(plane.dtype == np.float16 for plane in planes))
     values = [plane.astype(np.float64) for plane in planes]
-    halved = ((height + 1) // 2, (width + 1) // 2)
-    subsampled = layer.names == CHROMA and values[1].shape == values[2].shape == halved != (height, width)
-    if any(plane.shape != (height, width) for plane in (values[:1] if subsampled else values)):
-        raise refuse(path, "subsampled channels", "channels of the full size, or chroma of half of it")
+    steps = [header["sampling"][name] for name in layer.channels]
+    subsampled = layer.names == CHROMA and steps == [(1, 1), (2, 2), (2, 2)]
+    shapes = [(-(-height // down), -(-width // right)) for right, down in steps]
+    # OpenEXR before 3.5 gives such channels the full size, filled up.
+    if not (subsampled or set(steps) == {(1, 1)}) or [plane.shape for plane in planes] != shapes:
+        raise refuse(path, "subsampled channels", "channels of the full size, or chroma of half of it (OpenEXR 3.5)")
     if layer.names == XYZ:  # what chromaticities say there is that X, Y and Z are primaries
         return primaries.from_xyz(Raw(np.stack(values), (), rounding))
     stated, said = _chromaticities(path, header)

@@ -96,6 +96,7 @@ def _typed(header: dict[str, Any]) -> Header:
     header["pixelAspectRatio"] = float(header.get("pixelAspectRatio", 1.0))
     if "chromaticities" in header:
         header["chromaticities"] = tuple(float(value) for value in header["chromaticities"])
+    header["sampling"] = {str(c.name): (int(c.xSampling), int(c.ySampling)) for c in header["channels"]}
     return header | {name: " ".join(str(header[name]).split())[:60] for name in QUOTED if name in header}
 
 
