@@ -135,7 +135,7 @@ def command(
     nusselt check quad-stratified mine-1.png mine-2.png
     nusselt check my.test --renderer "./mine {scene} {samples} {seed} {output}"
 
-    With IMAGEs (.png, .exr, .pfm, .hdr, .npy) or a --renderer those are judged in place of ours.
+    With IMAGEs (.png, .exr, .pfm, .hdr, .npy; FILE.exr:LAYER) or a --renderer those are judged in place of ours.
     """
     said = said_in(context)
     mode_of(any(map(is_image, scenes)), external.renderer, until.until_decided).refuse_others(said)
@@ -190,7 +190,7 @@ def run_checks(checks: Checks, alpha: float) -> int:
             rows.append(answer.row)
             if output.out:
                 folder = output.out / one.folder
-                answer.row["images"] = write_pictures(answer.row, answer.ours, answer.reference, folder)
+                answer.row["images"] = write_pictures(answer.row, answer.ours, answer.reference, folder, one.scene)
             save()
     if output.target == "-":
         write_json(document(rows, alpha=alpha), output.target)

@@ -88,7 +88,7 @@ def run_external(task: ExternalCheck, said: Mapping[str, object], command: click
 def _write(told: Comparison, scene: Scene, task: ExternalCheck) -> int:
     output = task.output
     if output.out:
-        told.row["images"] = write_comparison(told, output.out / folder_name(scene.name))
+        told.row["images"] = write_comparison(told, output.out / folder_name(scene.name), scene)
     results = document([told.row], alpha=task.question.level.alpha)
     if output.results:
         write_json(results, output.results)

@@ -123,6 +123,10 @@ def _with_noise(mistakes: tuple[Mistake, ...], shown: Against) -> tuple[Mistake,
 
 def _warnings(scene: Scene, brought: Brought, shown: Against, estimator: Estimator) -> list[str]:
     found = [*scene.warnings, *dict.fromkeys(note for raw in brought.raws for note in raw.notes)]
+    if shown.quantiser.transfer.name == "linear":
+        found += [
+            f"{said}: levels are taken for linear" for said in dict.fromkeys(r.encoding for r in brought.raws) if said
+        ]
     sides, seen, count = shown.sides, shown.seen, len(brought.raws)
     if count > len(shown.raws):
         found.append(

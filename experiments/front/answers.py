@@ -17,6 +17,7 @@ from nusselt.experiments.results.document import document, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.notebook import answer_html, results_html
 from nusselt.experiments.results.pictures import write_pictures
+from nusselt.renderer.scene import Scene
 from nusselt.renderer.words import count
 
 WORST_FIRST = ("differs", "undecided", "agrees")
@@ -43,10 +44,13 @@ class Results:
         Of `Answer` where our image was judged, of `Comparison` where somebody's were.
     alpha : float
         False-alarm rate of all of them together.
+    scenes : tuple of Scene
+        Of each answer.
     """
 
     answers: tuple[Answer | Comparison, ...]
     alpha: float
+    scenes: tuple[Scene, ...]
 
     @property
     def rows(self) -> list[dict[str, Any]]:
@@ -83,12 +87,12 @@ class Results:
 
     def write_pictures(self, folder: Path, prefix: str = "") -> Iterator[tuple[dict[str, Any], dict[str, str]]]:
         """Write each row's images into a folder of its own below ``folder``; rows, and what is where by name."""
-        for answer, name in zip(self.answers, folders(self.rows), strict=True):
+        for answer, scene, name in zip(self.answers, self.scenes, folders(self.rows), strict=True):
             place = folder / "-".join(filter(None, (prefix, name)))
             if isinstance(answer, Comparison):
-                yield answer.row, write_comparison(answer, place)
+                yield answer.row, write_comparison(answer, place, scene)
             else:
-                yield answer.row, write_pictures(answer.row, answer.ours, answer.reference, place)
+                yield answer.row, write_pictures(answer.row, answer.ours, answer.reference, place, scene)
 
     def __bool__(self) -> bool:
         raise TypeError("results are neither true nor false: ask for .agrees or .verdict")

@@ -120,13 +120,13 @@ def check(
         references.given(row.scene)
     if images is None and renderer is None:
         with worker_pool(None, PATIENCE) as pool:
-            return Results(tuple(_ours(row, references, pool) for row in rows), alpha)
+            return Results(tuple(_ours(row, references, pool) for row in rows), alpha, tuple(row.scene for row in rows))
     if len(rows) != 1:
         raise InputError("scenes", f"{len(scenes)} with {len(estimators)} estimators", "one scene, one estimator")
     (row,) = rows
     with worker_pool(None, PATIENCE) as pool:
         judging = Judging(row.question, external, again(row.given, row.said), references, pool)
-        return Results((_theirs(row, images, judging),), alpha)
+        return Results((_theirs(row, images, judging),), alpha, (row.scene,))
 
 
 @dataclass(frozen=True)

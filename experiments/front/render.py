@@ -11,10 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nusselt.experiments.check.draw import Drawing, Drawn, draw
+from nusselt.experiments.check.layers import drawn_layers
 from nusselt.experiments.check.question import PixelRule, ShadowOrigin
 from nusselt.experiments.check.request import Reading, SceneLike
 from nusselt.experiments.images.formats.png import to_levels
-from nusselt.experiments.images.write import write_image
+from nusselt.experiments.images.write import check_image_name, write_image
+from nusselt.experiments.results.layers import check_layered_name, write_layers
 from nusselt.experiments.workers import PATIENCE, worker_pool
 from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image
@@ -30,9 +32,14 @@ class Picture:
     Parameters
     ----------
     drawn : Drawn
+    scene : Scene
+    drawing : Drawing
+        What was asked.
     """
 
     drawn: Drawn
+    scene: Scene
+    drawing: Drawing
 
     @property
     def image(self) -> Image:
@@ -54,9 +61,14 @@ class Picture:
         """What is known of its error."""
         return self.drawn.told
 
-    def write(self, path: str | PathLike[str]) -> None:
-        """Write it as .png (eight bits), .exr or .npy."""
-        write_image(Path(path), self.image.mean)
+    def write(self, path: str | PathLike[str], *, bits: int | None = None, aovs: bool = False) -> None:
+        """Write it as .png (in 8 bits, or 16), .exr or .npy; ``aovs``: an .exr with all layers, each light rendered."""
+        check_layered_name(Path(path), aovs)
+        if not aovs:
+            return write_image(Path(path), self.image.mean, bits)
+        check_image_name(Path(path), bits)
+        with worker_pool(None, PATIENCE) as pool:
+            return write_layers(Path(path), drawn_layers(self.scene, self.image, self.drawing, pool))
 
     def _repr_png_(self) -> bytes:
         from PIL import Image as Pillow
@@ -111,4 +123,4 @@ def render(
     drawing = Drawing(estimator, samples, stratified, seed, shadow_origin, pixel_rule, tolerance, error)
     read = Reading(lenient, two_sided).scene(scene, pixel_rule)
     with worker_pool(None, PATIENCE) as pool:
-        return Picture(draw(read, drawing, pool))
+        return Picture(draw(read, drawing, pool), read, drawing)

@@ -2,46 +2,60 @@
 
 from __future__ import annotations
 
+import os
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
-from nusselt.experiments.scenes import catalogue
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
-from .formats import FORMATS, Raw
+from .formats import FORMATS, Raw, Wanted
 from .formats.npy import raw_of_array
 from .formats.raw import check_bytes, refuse
+from .kinds import kind_of, split_layer
 from .transfer import RULES, Quantiser, Rule, Transfer
 
 READERS = {kind.suffix: kind.read for kind in FORMATS}
+PIXEL = {kind.suffix: kind.pixel for kind in FORMATS}
 
 
 def is_image(name: str) -> bool:
-    """Whether a word on the command line names an image rather than a scene: by its ending."""
-    return name not in catalogue.CLASSIC and Path(name).suffix.lower() in READERS
+    """Whether a word on the command line names an image rather than a scene: by its first bytes, else its ending."""
+    path, _ = split_layer(name)
+    return kind_of(path) != ""
 
 
 def read_image(name: str | PathLike[str], scene: Scene) -> Raw:
-    """What an image file of a scene holds; memory is bounded by the scene's size.
+    """What an image file of a scene holds, FILE or FILE:LAYER; memory is bounded by the scene's size.
 
     Raises
     ------
     InputError
-        If it is damaged, of another size, or has no finite number in it.
+        If it is damaged, of another kind or size, or has no finite number in it.
     """
-    path = Path(name)
-    suffix = path.suffix.lower()
-    if suffix not in READERS:
-        raise refuse(path, suffix or "no ending", "an image that ends in " + ", ".join(READERS))
-    check_bytes(path, (scene.width, scene.height))
+    path, layer = split_layer(os.fspath(name))
+    wanted = Wanted(scene.width, scene.height, layer)
+    kind = kind_of(path)
+    if path.is_file() and kind not in READERS:
+        told = f"a {kind} file" if kind else path.suffix.lower() or "no ending"
+        raise refuse(path, told, "an image that is one of " + ", ".join(READERS))
+    check_bytes(path, wanted.size, PIXEL.get(kind, 0))
     try:
-        raw = READERS[suffix](path, scene.width, scene.height)
+        with np.errstate(all="ignore"):  # what is not finite is counted, not warned of
+            raw = READERS[kind](path, wanted)
     except OSError as error:
         raise refuse(path, error.strerror or "unreadable", "a file that can be read") from error
-    return _some_finite(path, raw)
+    if path.suffix.lower() != kind:
+        raw = replace(raw, notes=(f"it is read as {kind}, which its first bytes say it is", *raw.notes))
+    return _some_finite(path, replace(raw, notes=tuple(map(_printable, raw.notes)), encoding=_printable(raw.encoding)))
+
+
+def _printable(note: str) -> str:
+    """A note that quotes a file, whatever is in it."""
+    return "".join(letter if letter.isprintable() else "?" for letter in note)
 
 
 def raw_of(image: object, scene: Scene, name: str) -> Raw:
@@ -57,7 +71,7 @@ def raw_of(image: object, scene: Scene, name: str) -> Raw:
         values = np.asarray(image)
     except ValueError as error:
         raise refuse(label, type(image).__name__, "one array of numbers") from error
-    return _some_finite(label, raw_of_array(label, values, scene.width, scene.height))
+    return _some_finite(label, raw_of_array(label, values, Wanted(scene.width, scene.height)))
 
 
 def _some_finite(path: Path, raw: Raw) -> Raw:

@@ -13,8 +13,10 @@ from nusselt.experiments.images.write import write_image
 from nusselt.experiments.verdict.judge import standard_errors
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
+from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
+from .layers import image_layers, reference_layers, scene_layers, write_layers
 from .schema import Row
 
 RANGE = 4.0
@@ -42,29 +44,44 @@ def write_difference(path: Path, z: np.ndarray[Any, Any]) -> None:
 
 
 def write_sides(
-    folder: Path, name: str, image: Image, reference: Floats | None, z: Floats | None = None
+    folder: Path,
+    name: str,
+    image: Image,
+    reference: Reference | None,
+    z: Floats | None = None,
+    scene: Scene | None = None,
 ) -> dict[str, str]:
-    """Write an image called ``name``, the reference (3, h, w) and their difference; returns what is where, by name."""
+    """Write an image called ``name``, the reference and their difference; returns what is where, by name.
+
+    One EXR file beside the folder, called as it is, holds all of it in layers, and what the scene's pixels show.
+    """
     found = {f"{name}.png": image.first, f"{name}.exr": image.mean}
+    layers = image_layers(image) | ({} if scene is None else scene_layers(scene))
     if reference is not None:
-        found |= {"reference.png": reference, "reference.exr": reference}
+        found |= {"reference.png": reference.mean, "reference.exr": reference.mean}
     for file, radiance in found.items():
         write_image(folder / file, radiance)
     names = list(found)
-    if z is not None:
+    if reference is not None and z is not None:
+        layers |= reference_layers(reference, z)
         for file in ("difference.exr", "difference.png"):
             write_difference(folder / file, z)
             names.append(file)
-    return {file.replace(".", "_"): f"{folder.name}/{file}" for file in names}
+    write_layers(folder.with_name(f"{folder.name}.exr"), layers)
+    where = {file.replace(".", "_"): f"{folder.name}/{file}" for file in names}
+    return where | {"layers_exr": f"{folder.name}.exr"}
 
 
-def write_pictures(row: Row, ours: Image, reference: Reference | None, folder: Path) -> dict[str, str]:
+def write_pictures(
+    row: Row, ours: Image, reference: Reference | None, folder: Path, scene: Scene | None = None
+) -> dict[str, str]:
     """Write a row's images into ``folder``; returns what is where, by name."""
     if reference is None:
-        return write_sides(folder, "ours", ours, None)
+        return write_sides(folder, "ours", ours, None, scene=scene)
     z = standard_errors(ours, reference, row["passes"])
     _overview(row, ours, reference, z, folder / "overview.png")
-    return write_sides(folder, "ours", ours, reference.mean, z) | {"overview_png": f"{folder.name}/overview.png"}
+    sides = write_sides(folder, "ours", ours, reference, z, scene)
+    return sides | {"overview_png": f"{folder.name}/overview.png"}
 
 
 def _overview(row: Row, ours: Image, reference: Reference, z: np.ndarray[Any, Any], path: Path) -> None:

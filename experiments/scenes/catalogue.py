@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from nusselt.experiments.images.kinds import kind_of
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.scene_text import read_scene
@@ -88,4 +89,6 @@ def load(name: str, lenient: bool = False) -> Scene:
         path = FOLDER / f"{name}.test"
     elif not path.exists():
         raise InputError("scene", name, "a scene file, or one of " + ", ".join((*CLASSIC, *GENERATED)))
+    if kind := kind_of(path):
+        raise InputError("scene", f"a {kind.lstrip('.')} image", "a scene file, which is text", name)
     return read_scene(path, lenient=lenient).with_(name=path.stem)

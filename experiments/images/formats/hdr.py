@@ -1,77 +1,106 @@
-"""Radiance HDR (RGBE): Ward's shared exponents, with or without run lengths."""
+"""Radiance HDR (RGBE): Ward's shared exponents, flat or in runs of either kind; his `filefmts.pdf` and `color.c`."""
 
 from __future__ import annotations
 
+import math
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .raw import Format, Raw, Rounding, check_size, refuse
+from . import primaries
+from .raw import Format, Raw, Rounding, Wanted, check_size, refuse
+from .rgbe_rows import Damaged, rgbe_rows
 
-Bytes = NDArray[np.uint8]
 HEADER = 1 << 16
 """Bytes in which the header must end."""
 RGBE = Rounding(2.0**-7, one_exponent=True)
 """One step of the smallest mantissa that the largest channel can have, 128."""
+HEAD = re.compile(
+    rb"#\?[^\r\n]*\r?\n((?:[^\n]*\n)*?)\r?\n([-+])([XY])[ \t]+(\d{1,8})[ \t]+([-+])([XY])[ \t]+(\d{1,8})\r?\n"
+)
+"""Its lines up to an empty one, and the line of its size: the slower axis, then the faster."""
+Lines = dict[str, list[tuple[float, ...]]]
 
 
-def read_hdr(path: Path, width: int, height: int) -> Raw:
-    """An HDR file in the usual order (-Y h +X w).
+def read_hdr(path: Path, wanted: Wanted) -> Raw:
+    """An HDR file in any of its eight orders, its EXPOSURE, COLORCORR and PRIMARIES undone.
 
     Raises
     ------
     InputError
     """
     data = path.read_bytes()
-    first, _, rest = data.partition(b"\n")
-    head, _, body = rest[:HEADER].partition(b"\n\n")
-    size_line, _, _ = body.partition(b"\n")
-    words = size_line.split()
-    if first[:2] != b"#?" or len(words) != 4 or (words[0], words[2]) != (b"-Y", b"+X"):
-        raise refuse(path, "damaged HDR (no header, or an order other than -Y h +X w)", "a Radiance picture")
-    if b"32-bit_rle_xyze" in head:
-        raise refuse(path, "an HDR file of XYZ", "FORMAT=32-bit_rle_rgbe")
-    if not (words[1].isdigit() and words[3].isdigit() and len(words[1]) < 9 and len(words[3]) < 9):
-        raise refuse(path, "damaged HDR (its size)", "a Radiance picture")
-    check_size(path, (int(words[3]), int(words[1])), (width, height))
-    start = len(first) + 1 + len(head) + 2 + len(size_line) + 1
-    rgbe = _pixels(path, data[start:], width, height)
+    head = HEAD.match(data[:HEADER])
+    if head is None or head[3] == head[6]:
+        raise refuse(path, "damaged HDR (no header)", "a Radiance picture: #?, lines, an empty one, -Y h +X w")
+    lines, notes = _header(path, head[1])
+    slow, fast = int(head[4]), int(head[7])
+    upright = head[3] == b"Y"
+    check_size(path, (fast, slow) if upright else (slow, fast), wanted.size)
+    try:
+        rgbe, after = rgbe_rows(data[head.end() :], fast, slow)
+    except Damaged as error:
+        raise refuse(path, f"damaged HDR ({error})", "a whole Radiance picture") from error
+    if after:
+        raise refuse(path, f"damaged HDR ({after} bytes after its pixels)", "a whole Radiance picture")
+    order = b"%s%s %s%s" % (head[2], head[3], head[5], head[6])
+    if order != b"-Y +X":
+        notes.append(f"its order {order.decode()} is turned to -Y +X")
+    down, right = (head[2], head[5]) if upright else (head[5], head[2])
+    rgbe = rgbe if upright else rgbe.transpose(1, 0, 2)
+    rgbe = rgbe[:: -1 if down == b"+" else 1, :: -1 if right == b"-" else 1]
+    return _undone(path, Raw(_radiance(rgbe), tuple(notes), RGBE), lines)
+
+
+def _radiance(rgbe: NDArray[np.uint8]) -> NDArray[np.float64]:
     scale = np.where(rgbe[..., 3] > 0, np.ldexp(1.0, rgbe[..., 3].astype(np.int64) - 136), 0.0)
-    return Raw(np.ascontiguousarray(((rgbe[..., :3] + 0.5) * scale[..., None]).transpose(2, 0, 1)), rounding=RGBE)
+    return np.ascontiguousarray(((rgbe[..., :3] + 0.5) * scale[..., None]).transpose(2, 0, 1))
 
 
-def _pixels(path: Path, data: bytes, width: int, height: int) -> Bytes:
-    """(h, w, 4): each row in runs, or, where it does not begin with 2 2, the whole file flat."""
-    if not (8 <= width < 32768 and data[:2] == b"\2\2"):
-        if len(data) < 4 * width * height:
-            raise refuse(path, "truncated HDR", f"{4 * width * height} bytes of pixels")
-        return np.frombuffer(data, dtype=np.uint8, count=4 * width * height).reshape(height, width, 4)
-    out, at = np.empty((height, 4, width), dtype=np.uint8), 0
-    for row in out:
-        if data[at : at + 4] != bytes((2, 2, width >> 8, width & 255)):
-            raise refuse(path, "damaged HDR (a row does not begin)", "a Radiance picture")
-        at += 4
-        for component in row:
-            at = _runs(path, data, at, component)
-    return out.transpose(0, 2, 1)
+def _header(path: Path, text: bytes) -> tuple[Lines, list[str]]:
+    """Numbers of the lines that say something of the values, and what is to be said of the rest."""
+    lines: Lines = {"EXPOSURE": [], "COLORCORR": [], "PRIMARIES": [], "PIXASPECT": [], "GAMMA": []}
+    counts = {"COLORCORR": 3, "PRIMARIES": 8}
+    for line in text.split(b"\n"):
+        name, _, value = line.decode("latin-1").partition("=")
+        if name == "FORMAT" and value.strip() != "32-bit_rle_rgbe":
+            raise refuse(path, f"an HDR file of FORMAT={value.strip()[:40]}", "FORMAT=32-bit_rle_rgbe")
+        if name not in lines:
+            continue
+        try:
+            numbers = tuple(float(word) for word in value.split())
+        except ValueError:
+            numbers = ()
+        right = len(numbers) == counts.get(name, 1) and np.isfinite(numbers).all()
+        if not right or (name in ("EXPOSURE", "COLORCORR") and min(numbers) <= 0):
+            raise refuse(path, f"damaged HDR (its {name})", f"{name}= and {counts.get(name, 1)} numbers above 0")
+        lines[name].append(numbers)
+    notes = [
+        f"its PIXASPECT {v[0]:g} is left out: pixels are taken for squares" for v in lines["PIXASPECT"] if v[0] != 1
+    ]
+    notes += [f"its GAMMA {v[0]:g} is left out: values are taken for linear" for v in lines["GAMMA"] if v[0] != 1]
+    return lines, notes
 
 
-def _runs(path: Path, data: bytes, at: int, out: Bytes) -> int:
-    """Fill one component of a row from runs (a count above 128, a byte) and literals; where it ended."""
-    filled = 0
-    while filled < out.size:
-        if at + 1 >= len(data):
-            raise refuse(path, "truncated HDR", "a Radiance picture")
-        count = data[at]
-        length, literal = (count - 128, False) if count > 128 else (count, True)
-        piece = data[at + 1 : at + 1 + length] if literal else data[at + 1 : at + 2] * length
-        if length == 0 or len(piece) < length or filled + length > out.size:
-            raise refuse(path, "damaged HDR (its runs)", "a Radiance picture")
-        out[filled : filled + length] = np.frombuffer(piece, dtype=np.uint8)
-        filled += length
-        at += 1 + (length if literal else 1)
-    return at
+def _undone(path: Path, raw: Raw, lines: Lines) -> Raw:
+    """Values before the exposures and corrections that the file says were multiplied in; Rec. 709's primaries."""
+    for name in ("EXPOSURE", "COLORCORR"):
+        factors = [math.prod(column) for column in zip(*lines[name], strict=True)]
+        told = " ".join(f"{factor:g}" for factor in factors)
+        if not all(1e-30 < factor < 1e30 for factor in factors):
+            raise refuse(path, f"damaged HDR (its {name} lines give {told})", "a product from 1e-30 to 1e30")
+        if any(factor != 1 for factor in factors):
+            values = raw.values / np.array(factors)[:, None, None]
+            raw = replace(raw, values=values, notes=(*raw.notes, f"its {name} {told} is divided out"))
+    for stated in lines["PRIMARIES"][-1:]:
+        if not primaries.usable(stated):
+            raise refuse(path, "damaged HDR (its PRIMARIES)", "primaries that span colours, and a white")
+        if not primaries.is_rec709(stated):
+            raw = primaries.to_rec709(raw, stated, "PRIMARIES")
+    return raw
 
 
-HDR = Format(".hdr", read_hdr)
+HDR = Format(".hdr", (b"#?RADIANCE", b"#?RGBE"), read_hdr)

@@ -10,10 +10,10 @@ import numpy as np
 
 from nusselt.renderer.vectors import Floats
 
-from .raw import FLOAT, HALF, Format, Raw, refuse, three_channels
+from .raw import FLOAT, HALF, Format, Raw, Wanted, refuse, three_channels
 
 
-def read_npy(path: Path, width: int, height: int) -> Raw:
+def read_npy(path: Path, wanted: Wanted) -> Raw:
     """An array (h, w, 3), (3, h, w) or (h, w): floating point is radiance, uint8 and uint16 are levels.
 
     Raises
@@ -27,10 +27,10 @@ def read_npy(path: Path, width: int, height: int) -> Raw:
     except Exception as error:  # whatever numpy's parser of Python text raises
         told = " ".join(str(error).split())[:60]
         raise refuse(path, f"damaged NPY ({told})", "one array, without pickled objects") from error
-    return raw_of_array(path, values, width, height)
+    return raw_of_array(path, values, wanted)
 
 
-def raw_of_array(path: Path, values: np.ndarray[Any, Any], width: int, height: int) -> Raw:
+def raw_of_array(path: Path, values: np.ndarray[Any, Any], wanted: Wanted) -> Raw:
     """An array (h, w, 3), (3, h, w) or (h, w), from a file or from anywhere that ``path`` names.
 
     Raises
@@ -39,6 +39,7 @@ def raw_of_array(path: Path, values: np.ndarray[Any, Any], width: int, height: i
     """
     if values.dtype.kind != "f" and values.dtype.str[1:] not in ("u1", "u2"):
         raise refuse(path, f"numbers of type {values.dtype}", "floating point, uint8 or uint16")
+    width, height = wanted.size
     turned = values.ndim == 3 and values.shape == (3, height, width) and values.shape[2] not in (3, 4)
     if turned:
         values = values.transpose(1, 2, 0)
@@ -56,4 +57,4 @@ def write_npy(path: Path, radiance: Floats) -> None:
         np.save(stream, np.ascontiguousarray(radiance.transpose(1, 2, 0)), allow_pickle=False)
 
 
-NPY = Format(".npy", read_npy, write_npy)
+NPY = Format(".npy", (b"\x93NUMPY",), read_npy, write_npy)

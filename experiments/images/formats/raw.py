@@ -15,7 +15,7 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.vectors import Floats
 
 SPARE = 1 << 24
-"""Bytes a file may hold besides 64 for every pixel: comments, profiles, thumbnails."""
+"""Bytes a file may hold besides those of its pixels: comments, profiles, thumbnails."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,27 @@ HALF = Rounding(2.0**-10)
 
 
 @dataclass(frozen=True)
+class Wanted:
+    """What is asked of a file.
+
+    Parameters
+    ----------
+    width, height : int
+        The scene's, in pixels.
+    layer : str
+        Its name, where a file has several; empty: the one that is the image.
+    """
+
+    width: int
+    height: int
+    layer: str = ""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        return self.width, self.height
+
+
+@dataclass(frozen=True)
 class Raw:
     """The numbers of an image file.
 
@@ -59,11 +80,14 @@ class Raw:
         What was left out of the file.
     rounding : Rounding
         Of radiance.
+    encoding : str
+        What the file says of its levels' curve, where it says another than the linear one.
     """
 
     values: NDArray[Any]
     notes: tuple[str, ...] = ()
     rounding: Rounding = FLOAT
+    encoding: str = ""
 
     @property
     def levels(self) -> int:
@@ -79,15 +103,27 @@ class Format:
     ----------
     suffix : str
         What its names end in.
+    magic : tuple of bytes
+        What its files begin with, one of them.
     read : callable
-        From a path and the width and height it must have.
+        From a path and what is wanted of it.
     write : callable, optional
         To a path, radiance (3, h, w); also (1, h, w) where the format has one channel. None: it is only read.
+    write_wide : callable, optional
+        The same in 16 bits, where ``write`` writes 8.
+    has_layers : bool
+        Whether one of them can be named, as FILE:LAYER.
+    pixel : int
+        Bytes that a pixel may take in a file.
     """
 
     suffix: str
-    read: Callable[[Path, int, int], Raw]
+    magic: tuple[bytes, ...]
+    read: Callable[[Path, Wanted], Raw]
     write: Callable[[Path, Floats], None] | None = None
+    write_wide: Callable[[Path, Floats], None] | None = None
+    has_layers: bool = False
+    pixel: int = 64
 
 
 def refuse(path: Path, found: object, accepted: str) -> InputError:
@@ -95,13 +131,13 @@ def refuse(path: Path, found: object, accepted: str) -> InputError:
     return InputError("image", found, accepted, str(path))
 
 
-def check_size(path: Path, size: tuple[int, int], wanted: tuple[int, int]) -> None:
+def check_size(path: Path, size: tuple[int, int], wanted: tuple[int, int], more: str = "") -> None:
     """Refuse an image of another size (width, height)."""
     if size != wanted:
-        raise refuse(path, f"{size[0]} x {size[1]} pixels", f"the scene's {wanted[0]} x {wanted[1]}")
+        raise refuse(path, f"{size[0]} x {size[1]} pixels{more}", f"the scene's {wanted[0]} x {wanted[1]}")
 
 
-def check_bytes(path: Path, wanted: tuple[int, int]) -> None:
+def check_bytes(path: Path, wanted: tuple[int, int], pixel: int) -> None:
     """Refuse what is no plain file, or far larger than an image of that size can be."""
     try:
         there, plain = path.exists(), path.is_file()
@@ -110,7 +146,7 @@ def check_bytes(path: Path, wanted: tuple[int, int]) -> None:
         raise refuse(path, str(error), "an image file") from error
     if not plain:
         raise refuse(path, "not a plain file" if there else "no such file", "an image file")
-    limit = SPARE + 64 * wanted[0] * wanted[1]
+    limit = SPARE + pixel * wanted[0] * wanted[1]
     if size > limit:
         raise refuse(path, f"{size} bytes", f"at most {limit} for an image of {wanted[0]} x {wanted[1]}")
 

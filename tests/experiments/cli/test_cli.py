@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import OpenEXR
 import pytest
 from click.testing import CliRunner
 
@@ -71,6 +72,9 @@ def test_check_writes_results_and_pictures(small, tmp_path):
     assert {p.name for p in folder.iterdir()} == {
         *("ours.png", "ours.exr", "reference.png", "reference.exr", "difference.png", "difference.exr", "overview.png")
     }
+    with OpenEXR.File(str(out / "a scene ü.exr"), header_only=True) as file:
+        layers = {channel.name for channel in file.header()["channels"]}
+    assert {"R", "standardError.R", "reference.R", "referenceStandardError.R", "z.Y", "depth.Z", "normal.X"} <= layers
     assert not list(out.rglob(".*"))
 
 
