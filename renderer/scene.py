@@ -80,6 +80,9 @@ class Scene:
         For reports; the file's own name for its PNG.
     warnings : tuple of str
         What the reader ignored, with its line. Not part of the scene's identity.
+    lines : tuple of tuple of int
+        Of the file: where each mesh begins, each ellipsoid stands, each light. Empty where there is no file; not part
+        of the scene's identity.
     """
 
     width: int
@@ -96,6 +99,7 @@ class Scene:
     name: str = "scene"
     output: str = "raytrace.png"
     warnings: tuple[str, ...] = field(default=(), compare=False)
+    lines: tuple[tuple[int, ...], ...] = field(default=(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
         for name in ("width", "height"):
@@ -133,7 +137,7 @@ class Scene:
         """SHA-256 of everything that can change a pixel, as hex; names and warnings left out."""
         told = hashlib.sha256()
         for entry in fields(self):
-            if entry.name in ("name", "output", "warnings", "meshes"):
+            if entry.name in ("name", "output", "warnings", "lines", "meshes"):
                 continue
             told.update(f"{entry.name}={getattr(self, entry.name)!r};".encode())
         for mesh in self.meshes:

@@ -205,7 +205,7 @@ PLANTS: tuple[Plant, ...] = (
     Plant("missing-cosine", "quad-random", _by(NoCosine)),
     Plant("two-sided-light", "cornell-boxes", _of(_two_sided)),
     Plant("forgotten-light", "three-lights", _of(_last_forgotten)),
-    Plant("light-self-shadow", "cornell", _by(NoGap)),
+    Plant("lost-samples", "cornell", _by(NoGap)),
     Plant("clamped-highlights", "glossy", _by(DullSamples)),
     Plant("unclamped-phong", "glossy", _by(EvenLobe), _broad),
     Plant("correlated-seeds", "quad-random", _by(SharedPoints)),

@@ -45,7 +45,7 @@ def may_be_areas(scene: Scene, seen: Image, sides: Sides) -> bool:
     edge = beside_another(sides.reference.mean, 3)
     beside = off[plain & edge]
     far = np.count_nonzero(off[plain & ~edge])
-    return far == 0 if not beside.size else far < np.count_nonzero(beside) and float(beside.mean()) > FEWEST
+    return bool(far == 0 if not beside.size else far < np.count_nonzero(beside) and beside.mean() > FEWEST)
 
 
 def against_areas(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,12 +24,15 @@ from nusselt.renderer.scene import Scene
 
 from .against import ALIKE, Against, Brought, judged_against
 from .areas import against_areas, may_be_areas
-from .diagnosis import diagnose
+from .diagnosis import Diagnosis, Inputs, diagnose
 from .diagnosis.diagnose import Mistake
 from .expected import Renders, Scores, course_scores, described, expected_scores
 from .ground_truth import Truth, ground_truth
 from .shared_noise import apart, common_noise, different, repeated_noise, whitened
 from .sides import Sides, stage
+
+SPREAD = 0.2
+"""Share of the pixels below which a place is no noise's."""
 
 
 @dataclass(frozen=True)
@@ -63,10 +66,11 @@ def compare(
     verdict, sides = shown.verdict, shown.sides
     if verdict.word == "differs" and may_be_areas(scene, seen, sides):
         verdict = against_areas(verdict, scene, brought, raws, question, references, truth, executor, progress)
-    mistakes: tuple[Mistake, ...] = ()
-    if looks_for_mistakes and verdict.word != "agrees" and scene.spp == 1:
-        told = diagnose(scene, raws, shown.quantiser, estimator.samples, estimator.stratified, progress)
-        mistakes = _with_noise(told.mistakes, shown)
+    diagnosis = Diagnosis(())
+    if looks_for_mistakes and verdict.word == "differs" and scene.spp == 1:
+        diagnosis = _diagnosed(scene, shown, truth, estimator, progress)
+    elif looks_for_mistakes and verdict.word == "undecided" and len(raws) > sides.images:
+        diagnosis = Diagnosis(_noise_in_common(shown))
     needs = prepare(scene).needs
     row = {
         "scene": scene.name,
@@ -90,7 +94,8 @@ def compare(
         "quantisation": _said(shown.quantiser, brought),
         "saturated": {"masked": sides.saturated, "at_the_top": sides.at_the_top},
         "single_image": sides.images == 1,
-        "likely_mistakes": [vars(mistake) for mistake in mistakes],
+        "likely_mistakes": diagnosis.rows(),
+        "where": [place.said for place in diagnosis.where],
         "verdict": verdict.word,
         "as_claimed": as_claimed("unbiased", verdict.word, broken=False),
         "reference": _reference_row(truth),
@@ -105,8 +110,27 @@ def _noise_word(verdict: Verdict, brought: Brought, shown: Against) -> NoiseWord
     return "alike" if repeated and shown.sides.supposed.any() and shown.noise.least else verdict.noise_word
 
 
-def _with_noise(mistakes: tuple[Mistake, ...], shown: Against) -> tuple[Mistake, ...]:
-    """The hypotheses' ranking, with noise that images or places have in common.
+def _diagnosed(
+    scene: Scene, shown: Against, truth: Truth, estimator: Estimator, progress: Progress | None
+) -> Diagnosis:
+    """Of images that differ; where no name explains them, what noise they have in common."""
+    image, reference = shown.sides.image, truth.reference
+    given = Inputs(
+        shown.raws[: shown.sides.images],
+        shown.quantiser,
+        reference.mean,
+        (reference.standard_error**2).mean(axis=0),
+        ~image.unjudged,
+        (reference.emitter == 0) & (reference.background == 0),
+    )
+    diagnosis = diagnose(scene, given, estimator.samples, estimator.stratified, progress)
+    if diagnosis.mistakes or any(place.pixels < SPREAD for place in diagnosis.where):
+        return diagnosis
+    return replace(diagnosis, mistakes=_noise_in_common(shown))
+
+
+def _noise_in_common(shown: Against) -> tuple[Mistake, ...]:
+    """Of images, or of places.
 
     Noise in common makes images differ less from each other than independent ones do; a mistake in common does not.
     """
@@ -115,10 +139,10 @@ def _with_noise(mistakes: tuple[Mistake, ...], shown: Against) -> tuple[Mistake,
     fields = [whitened(step, deviation, image.shaded) for step in steps]
     common = common_noise(fields)
     if common and apart(steps, deviation, fields[0] != 0) < ALIKE:
-        return (Mistake(name, common, "images of different seeds have noise in common"), *mistakes)
+        return (Mistake(name, common, "images of different seeds have noise in common"),)
     again, (down, right) = repeated_noise(fields[0])
-    told = f"the noise is repeated {right} pixels to the side and {down} down"
-    return (*mistakes, Mistake(name, again, told)) if again else mistakes
+    said = f"the noise is repeated {right} pixels to the side and {down} down"
+    return (Mistake(name, again, said),) if again else ()
 
 
 def _warnings(scene: Scene, brought: Brought, shown: Against, estimator: Estimator) -> list[str]:

@@ -38,16 +38,19 @@ def tell(row: dict[str, Any], table: Console) -> None:
 
 
 def _tell_mistakes(row: dict[str, Any], table: Console) -> None:
-    if not row["likely_mistakes"]:
-        if row["verdict"] != "agrees":
-            table.print("no mistake explains the difference better than noise does")
+    if row["verdict"] != "differs":
         return
-    found = Table(box=box.SIMPLE, title="What it looks like", caption="explained: share of the difference beyond noise")
-    for name in ("mistake", "explained", "how"):
-        found.add_column(name)
-    for mistake in row["likely_mistakes"]:
-        found.add_row(mistake["name"], f"{mistake['explained']:.1%}", mistake["detail"])
-    table.print(found)
+    mistakes = row["likely_mistakes"]
+    if not mistakes:
+        table.print("it looks like none of the mistakes that are known here")
+    for number, mistake in enumerate(mistakes):
+        start = "it looks like" if number == 0 else "or, no worse,"
+        share = f"{mistake['explained']:.1%} of the difference beyond noise"
+        table.print(f"{start} {mistake['name']}: {mistake['detail']} ({share})", markup=False, soft_wrap=True)
+    if mistakes:
+        table.print(f"look: {mistakes[0]['hint']}", markup=False, soft_wrap=True)
+    for place in row["where"]:
+        table.print(f"where: {place}", markup=False, soft_wrap=True)
 
 
 def _tell_convergence(row: dict[str, Any], table: Console) -> None:

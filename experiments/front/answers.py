@@ -30,6 +30,8 @@ def sentences(row: dict[str, Any]) -> list[str]:
         told.append(
             f"it looks like {mistake['name']} ({mistake['explained']:.0%} of the difference): {mistake['detail']}"
         )
+    told += [f"look: {mistake['hint']}" for mistake in row.get("likely_mistakes", ())[:1] if "hint" in mistake]
+    told += [f"where: {place}" for place in row.get("where", ())]
     told += [f"note: {warning}" for warning in row["warnings"]]
     return [*told, f"again: {row['command']}"]
 

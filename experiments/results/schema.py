@@ -149,13 +149,17 @@ BROUGHT = (
     Entry(
         "likely_mistakes",
         OBJECTS,
-        "what the difference looks like, the likeliest first",
+        "what the difference looks like; several where they cannot be told apart",
         parts=(
             Entry("name", TEXT, "the hypothesis"),
             Entry("explained", NUMBER, "share of the difference beyond noise"),
             Entry("detail", TEXT, "which of its kind"),
+            Entry("sure", NUMBER, "standard errors by which it fits better than no mistake"),
+            Entry("rest", FLAG, "whether more than noise is left"),
+            Entry("hint", TEXT, "what to look for in one's code"),
         ),
     ),
+    Entry("where", TEXTS, "the smallest places that hold the difference"),
     Entry("convergence", OBJECT, "a program's error: rows, slope_samples, slope_seconds"),
     Entry("renderer_command", TEXT, "the program that was run"),
 )

@@ -113,6 +113,7 @@ OF_EXPERIMENTS = (
     Entry("hook", TEXT, "planted-images: the step of the renderer that is wrong"),
     Entry("effect_mean", NUMBER, "planted-images: the mistake's bias, without noise", "relative"),
     Entry("effect_rms", NUMBER, "its root mean square over pixels and channels; 0 where noise hides it", "relative"),
+    Entry("named", TEXT, "how a mistake that differs was told: name, place, wrong (name) or none"),
     Entry("effect_plain", NUMBER, "share of the emitter and background pixels that it changes"),
     Entry("effect_variance", NUMBER, "variance over that of right images"),
     Entry("missed", FLAG, "planted-images: whether it agrees and its effect is above what the row says it finds"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections import Counter
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
@@ -15,6 +16,7 @@ from rich.table import Table
 
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.independent.mistakes import KINDS, MISTAKES, Mistake
+from nusselt.experiments.independent.mistakes.told import names_of, places_of
 from nusselt.experiments.independent.render import Options, render
 from nusselt.experiments.independent.steps import RIGHT
 from nusselt.experiments.results.figures import GOLD, GREEN, RED, canvas
@@ -88,17 +90,18 @@ def effect(mistake: Mistake, width: int, seed: int, turns: int) -> dict[str, flo
 def plant(number: int, width: int, turns: int, seed: int) -> Outcome:
     """One mistake, by its place: two images, and what they are called."""
     mistake, started = MISTAKES[number], time.process_time()
+    kind = next(kind for kind, every in KINDS.items() if mistake in every)
     question = Question(estimator="area", samples=SAMPLES, stratified=mistake.strata, margin=MARGIN)
     scene = scene_named(mistake.scene, width)
     images = images_of(mistake, mistake.steps, width, (seed, seed + 1))
     told = brought(scene, list(images), question, FORMAT["EXR"]).row
     size = effect(mistake, width, seed + 2, turns)
-    finds = told["minimum_detectable_bias"]
-    large = finds is None or any(not abs(size[name] or 0) <= finds for name in ("effect_mean", "effect_rms"))
+    finds = {"effect_mean": told["minimum_detectable_bias"], "effect_rms": told["finds"].get("rms")}
+    large = any(least is None or not abs(size[name] or 0) <= least for name, least in finds.items())
     missed = told["verdict"] == "agrees" and (large or bool(size["effect_plain"]))
     row: Row = {
         "planted": mistake.name,
-        "kind": next(kind for kind, every in KINDS.items() if mistake in every),
+        "kind": kind,
         "what": mistake.says,
         "scene": mistake.scene,
         "hook": mistake.hook,
@@ -108,16 +111,30 @@ def plant(number: int, width: int, turns: int, seed: int) -> Outcome:
         "margin": MARGIN,
         "verdict": told["verdict"],
         "reason": told["reason"],
-        "minimum_detectable_bias": finds,
+        "minimum_detectable_bias": finds["effect_mean"],
+        "finds": told["finds"],
         "bias_relative": told["bias_relative"],
         "rms_denoised_relative": told["rms_denoised_relative"],
         **size,
         "likely_mistakes": told["likely_mistakes"],
+        "where": told["where"],
+        "named": named(mistake, kind, told),
         "missed": missed,
         "as_claimed": not missed,
         "seconds": time.process_time() - started,
     }
     return Outcome([row])
+
+
+def named(mistake: Mistake, kind: str, told: Row) -> str | None:
+    """How a mistake that differs was told: "name" or "place" where that is right, "wrong" name, or "none"."""
+    if told["verdict"] != "differs":
+        return None
+    names, places = names_of(mistake.name, kind), places_of(mistake.name, kind)
+    first = next((one["name"] for one in told["likely_mistakes"]), None)
+    if first is not None:
+        return "name" if first in names else "wrong"
+    return "place" if any(word in place for word in places for place in told["where"]) else "none"
 
 
 def jobs(settings: Settings) -> list[Job]:
@@ -159,24 +176,28 @@ def table(rows: Sequence[Row]) -> Table:
     """Those that do not differ, and how many of each kind do."""
     counts = []
     for kind in dict.fromkeys(row["kind"] for row in rows):
-        words = [row["verdict"] for row in rows if row["kind"] == kind]
-        counts.append(f"{kind} {words.count('differs')} of {len(words)}")
+        verdicts = [row["verdict"] for row in rows if row["kind"] == kind]
+        counts.append(f"{kind} {verdicts.count('differs')} of {len(verdicts)}")
     missed = sum(row["missed"] for row in rows)
+    told = Counter(row["named"] for row in rows if row["named"])
     found = Table(
         box=box.SIMPLE,
         title=f"{len(rows)} mistakes: {missed} agree that are above what their rows say they find",
-        caption="differ: " + ", ".join(counts) + ". Below, those that do not.",
+        caption="differ: " + ", ".join(counts) + f". Of the {told.total()} that differ the right name is told of "
+        f"{told['name']}, the right place of {told['place']}, a wrong name of {told['wrong']}, nothing of "
+        f"{told['none']}. Below, the others, and those that do not differ.",
     )
     for name in ("mistake", "scene", "verdict", "mean %", "RMS %", "plain %", "variance", "finds %", "missed", "told"):
         found.add_column(name, justify="right" if "%" in name or name == "variance" else "left")
     for row in sorted(rows, key=lambda row: (row["verdict"], not row["missed"])):
-        if row["verdict"] != "differs":
-            told = ", ".join(mistake["name"] for mistake in row["likely_mistakes"][:1])
+        if row["named"] not in ("name", "place"):
+            first = ", ".join(mistake["name"] for mistake in row["likely_mistakes"][:1])
+            words = f"wrong: {first}" if row["named"] == "wrong" else "; ".join(row["where"][:1])
             shares = [_share(row[name]) for name in ("effect_mean", "effect_rms", "effect_plain")]
             variance = "" if row["effect_variance"] is None else f"{row['effect_variance']:.2f}"
             cells = [row["planted"], row["scene"], row["verdict"], *shares, variance]
-            cells += [_share(row["minimum_detectable_bias"]), "missed" if row["missed"] else "", told]
-            found.add_row(*map(escape, cells), style="red" if row["missed"] else None)
+            cells += [_share(row["minimum_detectable_bias"]), "missed" if row["missed"] else "", words]
+            found.add_row(*map(escape, cells), style="red" if row["missed"] or row["named"] == "wrong" else None)
     return found
 
 

@@ -6,19 +6,31 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from nusselt.experiments.defects.mistakes import PLANTS, planted_scene
-from nusselt.experiments.external.diagnosis import diagnose
+from nusselt.experiments.defects.mistakes import PLANTS, Levels, planted_scene
+from nusselt.experiments.external.diagnosis import Inputs, diagnose
 from nusselt.experiments.images.formats import Raw
 from nusselt.experiments.images.transfer import Quantiser, Transfer
 from nusselt.experiments.results.figures import BLUE, RED, canvas
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
+from nusselt.renderer.scene import Scene
+
+from .brought_images import truth_of
 
 COURSE = Quantiser(255, Transfer("linear"), "truncate")
+
+
+def inputs(scene: Scene, levels: Levels) -> Inputs:
+    """One image, and the truth that it is compared with."""
+    reference = truth_of(scene)
+    error = (reference.standard_error**2).mean(axis=0)
+    shaded = (reference.emitter == 0) & (reference.background == 0)
+    return Inputs([Raw(levels)], COURSE, reference.mean, error, np.ones(shaded.shape, dtype=bool), shaded)
 
 
 def tell(number: int, width: int | None, seed: int) -> Outcome:
@@ -27,11 +39,11 @@ def tell(number: int, width: int | None, seed: int) -> Outcome:
     scene = planted_scene(plant, width)
     levels = plant.levels(scene, seed)
     started = time.perf_counter()
-    told = diagnose(scene, [Raw(levels)], COURSE, scene.light_samples, scene.stratify)
+    told = diagnose(scene, inputs(scene, levels), scene.light_samples, scene.stratify)
     first = bool(told.mistakes) and told.mistakes[0].name == plant.name
     row: Row = {"planted": plant.name, "scene": plant.scene, "resolution": [scene.width, scene.height]}
     row |= {"samples": scene.light_samples, "told_first": first, "likely_mistakes": told.rows()}
-    row |= {"difference": told.difference, "noise": told.noise, "seconds": time.perf_counter() - started}
+    row |= {"where": [place.said for place in told.where], "seconds": time.perf_counter() - started}
     return Outcome([row | {"as_claimed": first}])
 
 

@@ -55,6 +55,7 @@ class SceneState:
         self._parameters: dict[str, Any] = {}  # of lobes, by command
         self._material, self._emission_line = Material(), 0
         self._meshes, self._ellipsoids, self._lights = list[Mesh](), list[Ellipsoid](), list[Light]()
+        self._lines: tuple[list[int], list[int], list[int]] = ([], [], [])
         self._surfaces: dict[str, Surface] = {}  # by file name
         self._attenuated, self._bare_point = False, 0  # is there a law for points, line of the first without one
         self._warned: dict[str, list[Any]] = {}  # by message: its first place, how often
@@ -103,6 +104,7 @@ class SceneState:
                 name=name,
                 output=self._setting("output", "raytrace.png"),
                 warnings=self.warnings,
+                lines=tuple(map(tuple, self._lines)),
             )
         except InputError as error:
             _, line = self._settings.get(error.argument.split()[0], (None, self.line))
@@ -206,6 +208,7 @@ class SceneState:
             self.warn(f"{name}: {note}", self.place)
         self._close_mesh()
         self._meshes.append(Mesh(surface.vertices, surface.triangles, self._material))
+        self._lines[0].append(self.line)
         self._tell_emission()
 
     def sphere(self, x: float, y: float, z: float, radius: float) -> None:
@@ -217,6 +220,7 @@ class SceneState:
         if (true_radius := ellipsoid.radius) is not None:  # a turned or mirrored sphere is a sphere
             ellipsoid = Ellipsoid.sphere(center, true_radius, self._material)
         self._ellipsoids.append(ellipsoid)
+        self._lines[1].append(self.line)
         self._tell_emission()
 
     def translate(self, *offset: float) -> None:
@@ -259,8 +263,10 @@ class SceneState:
         self._material = Material.of(self._parameters, emission)
 
     def _close_mesh(self) -> None:
+        first = self.pile.first_line
         if mesh := self.pile.close(self._material):
             self._meshes.append(mesh)
+            self._lines[0].append(first)
             self._tell_emission()
 
     def _tell_emission(self) -> None:
@@ -270,5 +276,6 @@ class SceneState:
 
     def light(self, light: Light) -> None:
         self._lights.append(light)
+        self._lines[2].append(self.line)
         if isinstance(light, PointLight) and not self._attenuated and not self._bare_point:
             self._bare_point = self.line

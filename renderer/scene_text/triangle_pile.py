@@ -34,6 +34,11 @@ class TrianglePile:
     def vertex_count(self) -> int:
         return len(self._vertices) // 3
 
+    @property
+    def first_line(self) -> int:
+        """Of the triangles since the last mesh; 0 where there are none."""
+        return self._lines[0] if self._lines else 0
+
     def add_vertices(self, values: Sequence[float]) -> None:
         """Append x, y, z of each vertex, not yet transformed."""
         self._vertices.extend(values)

@@ -1,6 +1,6 @@
-"""What kind of mistake an image looks like: hypotheses, each rendered with its defect, ranked by what they explain."""
+"""What kind of mistake an image looks like: hypotheses, each rendered with its defect, and what each leaves."""
 
+from .case import Inputs
 from .diagnose import Diagnosis, diagnose
-from .hypotheses import HYPOTHESES
 
-__all__ = ["HYPOTHESES", "Diagnosis", "diagnose"]
+__all__ = ["Diagnosis", "Inputs", "diagnose"]

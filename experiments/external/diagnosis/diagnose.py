@@ -1,44 +1,77 @@
-"""Every hypothesis against one image, ranked by the share of the difference that it explains.
+"""Every hypothesis against one image; one is named where it leaves nothing, or little, and no other does as well.
 
-explained = 1 - (M_h - N) / (M_0 - N), M the mean squared difference in levels under the hypothesis and under none, N
-the part of it that is noise. A hypothesis is told only if it fits better beyond chance, pixel by pixel.
+A hypothesis is scored by what it leaves beyond noise, over surfaces and over pixels without noise apart: the lower
+share of the two counts. One that moves what was right is out. Of hypotheses that fit alike the one with fewer fitted
+parameters is taken; two of other names that cannot be told apart are said to be so.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from nusselt.experiments.images.formats import Raw
-from nusselt.experiments.images.transfer import Quantiser
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats
 
-from .case import Case, Guess, nearer
-from .hypotheses import HYPOTHESES
+from .case import Case, Fit, Inputs
+from .hints import HINTS
+from .hypotheses import STAGES
+from .place import Place, places
 from .probe import Probe
 from .shared_points import shared_points
 
-SURE = 4.0
-"""Standard errors by which a hypothesis must fit better than none."""
-TOLD = 0.05
-"""Least share of the difference worth telling."""
-TIE = 0.005
-"""Shares this close are one: the simpler hypothesis comes first."""
-MOST = 5
+SURE = 5.0
+"""Standard errors by which a hypothesis must fit better than none, of some two hundred."""
+APART = 3.0
+"""Standard errors by which one hypothesis fits better than another."""
+LEFT = 4.0
+"""Standard errors from which what is left is more than noise."""
+ENOUGH = 0.85
+"""Share that a hypothesis must explain to be named."""
+PARTLY = 0.92
+"""The same, where more than noise is left."""
+ALL = 10.0
+"""Standard errors from which one that leaves nothing but noise ends the search."""
+PARAMETER = 4.0
+"""Weighted squares by which a fitted parameter must lower the sum."""
+MOVED = 0.02
+"""Share of the plain pixels that a hypothesis may put wrong where they are right, and five."""
+TESTS = 1 << 23
+"""Tests of a sample against a body that one hypothesis may take: some hundred need shadow rays of their own."""
+LIKELY = 30.0
+"""Least sum of weighted squares explained: chance gives so much to one of a thousand at 5e-5."""
+CLEAR = 1000.0
+"""Sum of weighted squares explained, from which few pixels are enough."""
 
 
 @dataclass(frozen=True)
 class Mistake:
-    """One entry of ``likely_mistakes``."""
+    """One entry of ``likely_mistakes``.
+
+    Parameters
+    ----------
+    name, detail : str
+    explained : float
+        Share of the difference beyond noise, the lower of surfaces' and plain pixels'.
+    sure : float
+        Standard errors by which it fits better than no mistake.
+    rest : bool
+        Whether more than noise is left.
+    """
 
     name: str
     explained: float
     detail: str
+    sure: float = 0.0
+    rest: bool = False
+
+    @property
+    def hint(self) -> str:
+        """What to look for in one's code."""
+        return HINTS[self.name]
 
 
 @dataclass(frozen=True)
@@ -48,87 +81,171 @@ class Diagnosis:
     Parameters
     ----------
     mistakes : tuple of Mistake
-        The likeliest first; empty where none fits better than no mistake at all.
-    difference, noise : float
-        Mean squared difference at the probe's pixels, and its part that is noise: 8-bit levels squared.
+        The name, or none; where two cannot be told apart, both.
+    where : tuple of Place
+        Where the difference is; empty where it is everywhere.
+    tried : tuple of Mistake
+        The best of each name, for tests and tables.
     """
 
     mistakes: tuple[Mistake, ...]
-    difference: float
-    noise: float
+    where: tuple[Place, ...] = ()
+    tried: tuple[Mistake, ...] = ()
 
     def rows(self) -> list[dict[str, Any]]:
-        return [asdict(mistake) for mistake in self.mistakes]
+        return [asdict(mistake) | {"hint": mistake.hint} for mistake in self.mistakes]
 
 
-@dataclass(frozen=True)
-class _Found:
-    name: str
-    guess: Guess
-    squares: Floats
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """A fit beside that of no mistake."""
 
-    @property
-    def distance(self) -> float:
-        return float(self.squares.mean())
+    fit: Fit
+    right: Fit
 
     @property
-    def beyond_noise(self) -> float:
-        """Without the noise that the mistake itself brings."""
-        return self.distance - self.guess.noise
+    def name(self) -> str:
+        return self.fit.guess.name
+
+    @cached_property
+    def explained(self) -> float:
+        """The lower share of surfaces and plain pixels."""
+        return min(self._surfaces, self._plain)
+
+    @cached_property
+    def _surfaces(self) -> float:
+        """Of tiles or of pixels, whichever tells with less noise; 1 where nothing was wrong, and nothing is."""
+        shaded = self.fit.case.shaded
+        shares = []
+        for of in (Fit.pixels, Fit.tiles):
+            before, error = of(self.right, shaded)
+            after, other = of(self.fit, shaded)
+            if before > LEFT * error and before > 0:
+                shares.append(1 - max(after, 0.0) / before)
+            elif after > LEFT * other and after > 2 * max(before, 0):
+                return 0.0
+        return min(shares, default=1.0)
+
+    @cached_property
+    def _plain(self) -> float:
+        before, after = self.right.plain_off, self.fit.plain_off
+        if before:
+            return 1 - self.fit.plain_left / max(self.right.plain_left, 1e-300)
+        return 1.0 if after <= 5 + MOVED * self.fit.case.plain.sum() else 0.0
+
+    @cached_property
+    def rest(self) -> bool:
+        """Whether more than noise is left."""
+        shaded = self.fit.case.shaded
+        for of in (Fit.pixels, Fit.tiles):
+            left, error = of(self.fit, shaded)
+            if left > LEFT * error and left > 0:
+                return True
+        return self.fit.plain_off > 1 and self.fit.plain_left > 0.03 * self.right.plain_left
+
+    @cached_property
+    def total(self) -> float:
+        """Weighted squares, and what the fitted parameters cost."""
+        return float(self.fit.squares.sum()) + PARAMETER * self.fit.guess.fitted
+
+    @cached_property
+    def better(self) -> float:
+        """Standard errors by which it fits better than none: enough where few pixels say it all, none for a trifle."""
+        gained = float(self.right.squares.sum()) - self.total
+        if gained < LIKELY:
+            return 0.0
+        sure = self.fit.over(self.right)
+        if gained > CLEAR and self.explained > ENOUGH:
+            return max(sure, SURE + 1)
+        return sure
+
+    @property
+    def ends_search(self) -> bool:
+        """Whether nothing else need be looked for: no fit of many parameters does that."""
+        return self.explained > ENOUGH and self.better > ALL and not self.rest and self.fit.guess.fitted <= 1
+
+    @property
+    def tells(self) -> bool:
+        """Whether it explains enough to be named: more, where something is left."""
+        return self.better > SURE and self.explained >= (PARTLY if self.rest else ENOUGH)
+
+    def told(self) -> Mistake:
+        words = self.fit.guess.detail + ("; and something else" if self.rest else "")
+        return Mistake(self.name, max(self.explained, 0.0), words, float(self.better), self.rest)
 
 
 def diagnose(
     scene: Scene,
-    raws: list[Raw],
-    quantiser: Quantiser,
+    given: Inputs,
     samples: int,
     stratified: bool,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Diagnosis:
-    """Rank the hypotheses for the images of one renderer.
+    """Name the mistake that images of one renderer show, if one is known that explains them.
 
     Parameters
     ----------
-    raws : list of Raw
-        Whole images.
-    quantiser : Quantiser
-        How they are to be read if nothing is wrong.
+    given : Inputs
     samples, stratified
         Of the estimator they were made with.
     """
-    probe = Probe(scene, samples, stratified)
-    case = Case(probe, tuple(Raw(probe.pick(raw.values)) for raw in raws), quantiser)
+    case = Case(Probe(scene, samples, stratified, tests=TESTS), given)
     if not case.valid.any():
-        return Diagnosis((), math.nan, case.noise)
-    right = _Found("", Guess(probe.truth, ""), case.squares(Guess(probe.truth, "")))
-    found = []
-    for number, (name, guesses) in enumerate(HYPOTHESES.items()):
+        return Diagnosis(())
+    scored: list[Scored] = []
+    for number, stage in enumerate(STAGES):
         if progress:
-            progress("mistakes", number, len(HYPOTHESES))
-        tried = [_Found(name, guess, case.squares(guess)) for guess in guesses(case)]
-        if tried:
-            found.append(min(tried, key=lambda one: one.beyond_noise))
-    noise = min([case.noise, right.distance, *(one.distance for one in found)])
-    shared = shared_points(case, right.distance)
-    if shared is not None:
-        found.append(_Found("correlated-seeds", shared[0], shared[1]))
-        noise = min(noise, found[-1].distance)
-    return Diagnosis(tuple(_ranked(found, right, noise)), right.distance, case.noise)
+            progress("mistakes", number, len(STAGES))
+        with np.errstate(all="ignore"):
+            for hypothesis in stage:
+                scored += [
+                    Scored(case.fit(guess), case.right) for guess in hypothesis(case) if _finite(guess.prediction)
+                ]
+        best = _best(scored)
+        if best is not None and best.ends_search:
+            break
+    mistakes = tuple(one.told() for one in named(scored))
+    share = shared_points(case) if not mistakes else None
+    if share is not None:
+        mistakes = (
+            Mistake("correlated-seeds", share, "the same light points serve every pixel: the noise is one pattern"),
+        )
+    return Diagnosis(mistakes, places(case), _tried(scored))
 
 
-def _ranked(found: list[_Found], right: _Found, noise: float) -> list[Mistake]:
-    whole = right.distance - noise
-    if whole <= 0:
+def _finite(values: np.ndarray) -> bool:
+    return bool(np.isfinite(values).all())
+
+
+def _best(scored: list[Scored]) -> Scored | None:
+    likely = [one for one in scored if one.explained > 0 and one.better > SURE]
+    return min(likely, key=lambda one: one.total, default=None)
+
+
+def named(scored: list[Scored]) -> list[Scored]:
+    """The hypothesis to be told, and others that cannot be told from it; or none.
+
+    Of those that fit alike, ones that leave nothing come before ones that do, then the fewer fitted parameters, then
+    the order in which they are listed.
+    """
+    best = _best(scored)
+    if best is None:
         return []
+    likely = [one for one in scored if one.tells]
+    alike = [one for one in likely if best.fit.over(one.fit) < APART]
+    if not alike:
+        return []
+    order = sorted(alike, key=lambda one: (one.rest, one.fit.guess.fitted))
+    same = [one for one in order if (one.rest, one.fit.guess.fitted) == (order[0].rest, order[0].fit.guess.fitted)]
+    closest = min(same, key=lambda one: one.total)
+    first = next(one for one in scored if one in same and closest.fit.over(one.fit) < 1)
+    others = {one.name: one for one in sorted(same, key=lambda one: -one.total)}
+    others.pop(first.name, None)
+    return [first, *sorted(others.values(), key=lambda one: one.total)]
 
-    def explained(one: _Found) -> float:
-        return float(np.clip(1 - (one.beyond_noise - noise) / whole, 0, 1))
 
-    likely = [one for one in found if explained(one) >= TOLD and nearer(one.squares, right.squares) > SURE]
-    likely.sort(key=lambda one: -explained(one))
-    if likely:
-        best = likely[0]
-        even = [one for one in likely if explained(best) - explained(one) < TIE]
-        even.sort(key=lambda one: one.guess.fitted)
-        likely = even + [one for one in likely if one not in even]
-    return [Mistake(one.name, explained(one), one.guess.detail) for one in likely[:MOST]]
+def _tried(scored: list[Scored]) -> tuple[Mistake, ...]:
+    best: dict[str, Scored] = {}
+    for one in sorted(scored, key=lambda one: -one.total):
+        best[one.name] = one
+    return tuple(one.told() for one in sorted(best.values(), key=lambda one: one.total)[:8])

@@ -1,37 +1,23 @@
-"""All hypotheses, each listed once; of two that explain as much, the one with fewer fitted parameters comes first."""
+"""All hypotheses, each listed once, the cheap ones first."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from . import levels, light, places
+from .camera import camera
 from .case import Case, Guess
+from .lamps import LAMPS, each_light, grey_lights, light_scale
+from .objects import OBJECTS, missing
+from .pictures import PICTURES
+from .shadows import SHADOWS, ends, lost_samples
+from .transport import rules, samples_cut_off
 
 Hypothesis = Callable[[Case], Iterator[Guess]]
 
-HYPOTHESES: dict[str, Hypothesis] = {
-    "rounding": levels.rounding,
-    "channels-swapped": levels.channels_swapped,
-    "mirrored": places.mirrored,
-    "half-pixel": places.half_pixel,
-    "forgotten-light": light.forgotten_light,
-    "two-sided-light": light.two_sided_light,
-    "light-flipped": light.light_flipped,
-    "missing-cosine": light.missing_cosine,
-    "missing-light-cosine": light.missing_light_cosine,
-    "wrong-falloff": light.wrong_falloff,
-    "missing-pi": light.missing_pi,
-    "missing-lobe": light.missing_lobe,
-    "unclamped-phong": light.unclamped_phong,
-    "phong-normalisation": light.phong_normalisation,
-    "no-shadows": light.no_shadows,
-    "light-self-shadow": light.light_self_shadow,
-    "short-shadow-rays": light.short_shadow_rays,
-    "clamped-highlights": levels.clamped_highlights,
-    "fov": places.fov,
-    "gain": levels.gain,
-    "gamma": levels.gamma,
-    "light-scale": levels.light_scale,
-    "ambient": levels.ambient,
-    "aspect": places.aspect,
-}
+STAGES: tuple[tuple[Hypothesis, ...], ...] = (
+    (lost_samples, *PICTURES, light_scale, each_light, grey_lights, *OBJECTS, rules, samples_cut_off),
+    (camera, missing),
+    (*(lamp for lamp in LAMPS if lamp not in (light_scale, each_light, grey_lights)), *SHADOWS),
+    (ends,),
+)
+"""Later ones are tried where the earlier ones leave something."""

@@ -6,23 +6,24 @@ The light points and what each sees of them are found once; a change of rules th
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.lights import Light
-from nusselt.renderer.lights.sampling import random_beams
+from nusselt.renderer.lights.sampling import one_place, unit_square
 from nusselt.renderer.lobes.protocol import joined
 from nusselt.renderer.needs import Source
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Floats
 from nusselt.renderer.visibility.segments import Blockers
 
-from .rules import RIGHT, Rules, reflected
+from .beams import RIGHT, Beams, seen_as
 
 PIXELS = 1 << 15
 PAIRS = 3 << 20
@@ -31,81 +32,110 @@ SAMPLES = 64
 """Per light and pixel, at least: beyond the noise of the image that is looked at."""
 LOOK = 1 << 11
 """Rays traced at once; neighbours, so that far triangles drop out."""
+BEAMS = 1 << 16
+"""Or so many beams."""
 TESTS = 1 << 30
 """Tests of a sample against a triangle, at most."""
 FEWEST = 400
 """Pixels, at least."""
-SHORT = 0.99
 
 
 @dataclass(frozen=True)
 class Sight:
-    """What n camera rays see; ``glow`` is the radiance of lights from either side, ``emission`` what is right."""
+    """What n camera rays see; ``glow`` is the radiance of lights from either side, ``emission`` what is right.
+
+    ``surface`` is -1 where nothing is.
+    """
 
     points: ShadingPoints
     lit: np.ndarray
     emission: Floats
     glow: Floats
     light: np.ndarray
+    surface: np.ndarray
 
 
-@dataclass
+@dataclass(eq=False)
 class Paths:
-    """Beams of one light: d (3, m, k), and what arrives of them by kind of visibility, found when asked for."""
+    """The ways to one light from what a sight shows: drawn once, and what blocks them found once."""
 
     source: Source
-    d: Floats
-    at_infinity: bool
     geometry: Geometry
     sight: Sight
-    known: dict[str, Floats] = field(default_factory=dict)
+    u: Floats
+    v: Floats
+    passes: int
+    line: int = 0
 
     @property
     def light(self) -> Light:
         return self.source.light
 
-    def seen(self, kind: str) -> Floats:
-        """(m, k): 1 where a beam arrives."""
-        if kind not in self.known:
-            self.known[kind] = self._find(kind)
-        return self.known[kind]
+    @cached_property
+    def beams(self) -> Beams:
+        """The right ones."""
+        return self.through(self.u, self.v)
 
-    def _find(self, kind: str) -> Floats:
-        if kind == "none":
-            return np.ones(self.d.shape[1:])
-        if kind == "behind":
-            return self._behind()
-        endless = self.at_infinity or kind == "beyond"
-        d = self.d * SHORT if kind == "short" and not endless else self.d
-        return self.visible(np.arange(self.sight.points.count), d, endless, all_blockers=kind == "beyond")
+    @cached_property
+    def unshadowed(self) -> Beams:
+        return seen_as(self.beams, np.ones(1))
 
-    def _behind(self) -> Floats:
-        """With everything that may stand behind the light."""
-        found = self.seen("right").copy()
-        plane = self.light.plane()
-        if plane is not None:
-            back = np.flatnonzero(dot(plane[0], self.sight.points.position - plane[1]) < 0)
-            found[back] = self.visible(back, self.d[:, back], False, all_blockers=True)
-        return found
+    @cached_property
+    def all_round(self) -> Beams:
+        """With all that may block where no light comes from by the right rules."""
+        every = np.arange(self.sight.points.count)
+        return seen_as(self.beams, self.visible(every, self.beams.d, self.light.at_infinity, self.everything))
 
-    def visible(self, chosen: np.ndarray, d: Floats, endless: bool, all_blockers: bool = False) -> Floats:
-        """(c, k): 1 where nothing but the light itself stands along d (3, c, k) from the chosen points."""
+    @cached_property
+    def right(self) -> Floats:
+        """Right reflected radiance (3, n, passes)."""
+        return RIGHT.radiance(self.beams)
+
+    def through(self, u: Floats, v: Floats, light: Light | None = None) -> Beams:
+        """Beams through other places (n, k) of the light, or of another in its place."""
+        blockers = None if light is None else self.everything
+        light = self.light if light is None else light
+        d, _ = light.beams(self.sight.points.position, u, v)
+        d = np.broadcast_to(d, (3, self.sight.points.count, d.shape[2]))
+        passes = self.passes if d.shape[2] % self.passes == 0 else 1
+        made = Beams(light, self.sight.points, u, v, d, np.ones(1), passes)
+        return seen_as(made, self.visible(np.arange(self.sight.points.count), d, light.at_infinity, blockers))
+
+    def visible(
+        self,
+        chosen: np.ndarray,
+        d: Floats,
+        endless: bool,
+        blockers: Blockers | None = None,
+        position: Floats | None = None,
+    ) -> Floats:
+        """(c, k): 1 where nothing but the light itself stands along d (3, c, k) from the chosen points.
+
+        Parameters
+        ----------
+        blockers : Blockers, optional
+            In place of those that the scene needs.
+        position : (3, c) float64, optional
+            In place of the chosen points', and on no body.
+        """
         points = self.sight.points
-        found = np.empty(d.shape[1:])
-        for start in range(0, chosen.size, LOOK):
-            some = slice(start, start + LOOK)
-            position, own = points.position[:, chosen[some]], points.ellipsoid[chosen[some]]
-            blockers = self._everything if all_blockers else self.source.seen_from(position).blockers
-            found[some] = blockers.visible(position, own, d[:, some], endless)
-        return found
+        out = np.empty(d.shape[1:])
+        step = max(LOOK, BEAMS // d.shape[2])
+        for start in range(0, chosen.size, step):
+            some = slice(start, start + step)
+            at = points.position[:, chosen[some]] if position is None else position[:, some]
+            own = points.ellipsoid[chosen[some]]
+            stand = self.source.seen_from(at).blockers if blockers is None else blockers
+            out[some] = stand.visible(at, own if position is None else own * 0 - 1, d[:, some], endless)
+        return out
 
     @property
-    def _everything(self) -> Blockers:
+    def everything(self) -> Blockers:
+        """All surfaces but the light's own."""
         g = self.geometry
-        others = (
+        triangles, disks = (
             np.flatnonzero(g.light[surfaces] != self.source.index) for surfaces in (g.triangle_surface, g.disk_surface)
         )
-        triangles, disks = others
         return Blockers(g, triangles, np.arange(g.ellipsoids), disks)
 
 
@@ -119,9 +149,11 @@ class Probe:
         Of one pass, per light.
     stratified : bool
     seed : int
+    tests : int
+        Of a sample against a triangle or an ellipsoid, at most.
     """
 
-    def __init__(self, scene: Scene, samples: int, stratified: bool, seed: int = 0) -> None:
+    def __init__(self, scene: Scene, samples: int, stratified: bool, seed: int = 0, tests: int = TESTS) -> None:
         scene, self.geometry, needs = prepare(scene)
         self.scene, self.seed = scene, seed
         self.stratified = stratified and math.isqrt(samples) ** 2 == samples
@@ -132,7 +164,7 @@ class Probe:
         kept = {source.index: source for source in needs.sources}
         nothing = Blockers.nothing(self.geometry)
         self.sources = [kept.get(k, Source(k, one, nothing, scene.is_glossy)) for k, one in enumerate(scene.lights)]
-        self.stride = self._stride()
+        self.stride = self._stride(tests)
         # A random pixel in each cell: the edges of an image like to run along its rows.
         place = np.random.default_rng(seed).integers(0, self.stride, (2, *self._cells))
         rows, columns = (np.arange(count) * self.stride for count in self._cells)
@@ -140,15 +172,24 @@ class Probe:
         self.columns = np.minimum(columns[None] + place[1], scene.width - 1)
         self.x, self.y = self.columns.ravel() + 0.5, self.rows.ravel() + 0.5
         self.sight = self.look(self.x, self.y)
-        self.paths = self._paths(self.sight, self.samples, self.passes)
-        self.all_passes = self.radiance_passes(RIGHT)
-        self.truth = self.all_passes.mean(axis=2)
-        self.variance = self.all_passes.var(axis=2, ddof=1)
 
-    def _stride(self) -> int:
+    @cached_property
+    def paths(self) -> list[Paths]:
+        """The ways from what the pixels show to each light."""
+        return self._paths(self.sight, self.samples, self.passes)
+
+    @cached_property
+    def variance(self) -> Floats:
+        """Of one image of the estimator, (3, n)."""
+        out = np.repeat(np.zeros_like(self.sight.emission)[:, :, None], self.passes, axis=2)
+        out[:, self.sight.lit] += self.lit_by(self.paths)
+        return np.asarray(out.var(axis=2, ddof=1))
+
+    def _stride(self, tests: int) -> int:
         """Pixels from one to the next, so that samples and their tests against triangles stay within bounds."""
         pairs = self.samples * self.passes * max(1, len(self.scene.lights))
-        most = min(PIXELS, PAIRS // pairs, TESTS // (pairs * max(1, self.geometry.triangles)))
+        bodies = max(1, self.geometry.triangles + self.geometry.ellipsoids)
+        most = min(PIXELS, PAIRS // pairs, tests // (pairs * bodies))
         return max(1, math.ceil(math.sqrt(self.scene.width * self.scene.height / max(most, FEWEST))))
 
     @property
@@ -161,7 +202,7 @@ class Probe:
 
     def spread_out(self, values: Floats) -> Floats:
         """Values (..., n) as an image (..., h, w): every pixel takes its cell's."""
-        grid = values.reshape(*values.shape[:-1], *self._cells)
+        grid = self.grid(values)
         whole = grid.repeat(self.stride, axis=-2).repeat(self.stride, axis=-1)
         return np.asarray(whole[..., : self.scene.height, : self.scene.width])
 
@@ -179,54 +220,39 @@ class Probe:
                 if g.light.size
                 else view.emission
             )
-            parts.append((view.points, view.lit + start, view.emission, glow, light))
+            parts.append((view.points, view.lit + start, view.emission, glow, light, surface))
         points = joined([part[0] for part in parts])
-        lit, emission, glow, light = (np.concatenate([p[k] for p in parts], axis=-1) for k in range(1, 5))
-        return Sight(points, lit, emission, glow, light)
+        return Sight(points, *(np.concatenate([p[k] for p in parts], axis=-1) for k in range(1, 6)))
 
     def _paths(self, sight: Sight, samples: int, passes: int) -> list[Paths]:
-        found = []
+        out = []
         for source in self.sources:
-            rng = np.random.default_rng([self.seed, source.index, samples])
-            light, at = source.light, sight.points.position
-            drawn = [random_beams(light, at, rng, samples, self.stratified) for _ in range(passes)]
-            d = np.concatenate([one[0] for one in drawn], axis=2)
-            found.append(Paths(source, d, light.at_infinity, self.geometry, sight))
-        return found
-
-    def radiance_passes(self, rules: Rules, sight: Sight | None = None, paths: list[Paths] | None = None) -> Floats:
-        """Radiance (3, n, passes) under rules."""
-        sight = self.sight if sight is None else sight
-        paths = self.paths if paths is None else paths
-        passes = self.passes if paths is self.paths else 1
-        seen = sight.glow if rules.facing == "both" else sight.emission
-        kind = "behind" if rules.facing in ("both", "back") and rules.visibility == "right" else rules.visibility
-        out = np.repeat(seen[:, :, None], passes, axis=2)
-        for path in paths:
-            if path.source.index not in rules.without:
-                out[:, sight.lit] += reflected(sight.points, path.light, path.d, path.seen(kind), rules, passes)
+            u, v = one_place()
+            if source.light.has_extent:
+                rng = np.random.default_rng([self.seed, source.index, samples])
+                drawn = [unit_square(rng, sight.points.count, samples, self.stratified) for _ in range(passes)]
+                u, v = (np.concatenate([one[axis] for one in drawn], axis=1) for axis in (0, 1))
+            lines = self.scene.lines[2] if self.scene.lines else ()
+            line = lines[source.index] if len(lines) == len(self.sources) else 0
+            out.append(Paths(source, self.geometry, sight, u, v, passes, line))
         return out
 
-    def radiance(self, rules: Rules) -> Floats:
-        """Radiance (3, n) under rules, of all passes."""
-        return self.radiance_passes(rules).mean(axis=2)
+    def lit_by(self, paths: list[Paths]) -> Floats:
+        """Right reflected radiance (3, n, passes) of lights at the points of their sight."""
+        passes = paths[0].passes if paths else 1
+        out = np.zeros((3, paths[0].sight.points.count if paths else self.sight.points.count, passes))
+        for path in paths:
+            out += path.right
+        return out
 
-    def moved(self, x: Floats, y: Floats, samples: int = 0) -> Floats:
-        """Radiance (3, k) through other image points, with few samples or (0) as many as the truth."""
+    def passes_through(self, x: Floats, y: Floats) -> Floats:
+        """Radiance (3, k, passes) through other image points, with as many samples as the truth."""
         sight = self.look(x, y)
-        paths = self._paths(sight, samples or self.samples, 1 if samples else self.passes)
-        return self.radiance_passes(RIGHT, sight, paths).mean(axis=2)
+        light = self.lit_by(self._paths(sight, self.samples, self.passes))
+        out = np.repeat(sight.emission[:, :, None], light.shape[2], axis=2)
+        out[:, sight.lit] += light
+        return out
 
-    def alike(self, values: Floats, some: np.ndarray) -> float:
-        """Correlation of neighbouring cells' values (n,), over the pixels ``some`` (n,) bool."""
-        grid = np.where(some, values - values[some].mean(), 0.0).reshape(self._cells)
-        mask = some.reshape(self._cells)
-        products = [grid[1:] * grid[:-1], grid[:, 1:] * grid[:, :-1]]
-        pairs = int((mask[1:] & mask[:-1]).sum() + (mask[:, 1:] & mask[:, :-1]).sum())
-        size = float((grid * grid).sum()) / max(int(some.sum()), 1)
-        return float(sum(float(p.sum()) for p in products)) / max(pairs, 1) / size if size > 0 else 0.0
-
-    @property
-    def one_sided(self) -> list[Paths]:
-        """Paths of the lights that shine to one side of a plane."""
-        return [path for path in self.paths if path.light.plane() is not None]
+    def grid(self, values: Floats) -> Floats:
+        """Values (..., n) by rows and columns of cells."""
+        return values.reshape(*values.shape[:-1], *self._cells)

@@ -10,12 +10,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import nnls
 
-from nusselt.renderer.lights import Light
 from nusselt.renderer.vectors import Floats
 
-from .case import Case, Guess
+from .beams import RIGHT, Beams
+from .case import Case
 from .probe import LOOK, Paths
-from .rules import RIGHT, reflected
 
 SIDE = 12
 """Points a side on each light."""
@@ -27,55 +26,39 @@ FAR = 0.4
 """Share of the expected noise below which the rest must lie."""
 
 
-def shared_points(case: Case, distance: float) -> tuple[Guess, Floats] | None:
-    """The fitted image and its squares at the pixels it was tried on, where the points are shared; else None."""
+def shared_points(case: Case) -> float | None:
+    """The share of the noise that one set of points explains, tried on other pixels; None if they are not shared."""
     probe = case.probe
-    noise = case.noise
-    lights = [(p, p.light) for p in probe.paths if p.light.has_extent]
-    if not lights or noise < LEAST or len(lights) * SIDE**2 > 2000:
+    paths = [path for path in probe.paths if path.light.has_extent]
+    if not paths or len(paths) * SIDE**2 > 2000:
         return None
-    lit = np.flatnonzero(case.valid[probe.sight.lit])
-    inside = ~np.asarray(case.quantiser.saturated(probe.truth, case.deviation)[:, probe.sight.lit].any(axis=0))
-    lit = lit[inside[lit] & (probe.variance[:, probe.sight.lit[lit]].max(axis=0) > 0)]
-    if lit.size < 500:
+    lit = probe.sight.lit
+    noisy = np.flatnonzero(case.valid[lit] & (probe.variance[:, lit].max(axis=0) > 0))
+    if noisy.size < 500 or 255**2 * probe.variance[:, lit[noisy]].mean() / len(case.images) < LEAST:
         return None
-    rng = np.random.default_rng(0)
-    chosen = rng.permutation(lit)[: 2 * FIT]
+    chosen = np.random.default_rng(0).permutation(noisy)[: 2 * FIT]
     fit, tried = chosen[::2], chosen[1::2]
-    pixels = probe.sight.lit
-    table = np.concatenate([_points_on(path, light, chosen) for path, light in lights], axis=2)  # (3, m, j)
-    observed = np.mean([case.quantiser.decode(raw) for raw in case.raws], axis=0)[:, pixels]
-    still = probe.truth[:, pixels] - _mean_of(case, [path for path, _ in lights])
-    left = observed - still
+    table = np.concatenate([_points_on(path, chosen) for path in paths], axis=2)  # (3, m, j)
+    still = case.truth[:, lit] - sum(path.right.mean(axis=2) for path in paths)
+    left = case.observed[:, lit] - still
     weights, _ = nnls(table[:, ::2].reshape(-1, table.shape[2]), left[:, fit].ravel(), maxiter=20 * table.shape[2])
     rest = left[:, tried] - table[:, 1::2] @ weights
-    squares = ((255 * rest) ** 2).mean(axis=0)
-    before = ((255 * (observed - probe.truth[:, pixels])[:, tried]) ** 2).mean()
-    expected = (255**2 * probe.variance[:, pixels[tried]]).mean() / len(case.raws)
-    if not squares.mean() < FAR * min(expected, before):
+    before = float(((case.observed - case.truth)[:, lit[tried]] ** 2).mean())
+    expected = float(probe.variance[:, lit[tried]].mean()) / len(case.images)
+    if not float((rest**2).mean()) < FAR * min(expected, before):
         return None
-    detail = "the same light points serve every pixel: the noise is one pattern"
-    share = float(squares.mean() / before)
-    everywhere = np.full(int(case.valid.sum()), share * distance)
-    return Guess(probe.truth, detail), everywhere
+    return 1 - float((rest**2).mean()) / before
 
 
-def _points_on(path: Paths, light: Light, chosen: np.ndarray) -> Floats:
+def _points_on(path: Paths, chosen: np.ndarray) -> Floats:
     """Reflected radiance (3, m, SIDE^2) of each point of a grid on one light, were it the whole light."""
     points = path.sight.points.take(chosen)
     u, v = (part.ravel()[None] for part in np.meshgrid(*[(np.arange(SIDE) + 0.5) / SIDE] * 2, indexing="ij"))
     out = np.empty((3, points.count, u.size))
     for start in range(0, points.count, LOOK // 4):
         some = np.arange(start, min(start + LOOK // 4, points.count))
-        few = points.take(some)
-        d, _ = light.beams(few.position, u, v)
-        seen = path.visible(chosen[some], d, light.at_infinity)
-        out[:, some] = reflected(few, light, d, seen, RIGHT, u.size)
+        at = points.take(some)
+        d, _ = path.light.beams(at.position, u, v)
+        seen = path.visible(chosen[some], d, path.light.at_infinity)
+        out[:, some] = RIGHT.radiance(Beams(path.light, at, u, v, d, seen, u.size))
     return out
-
-
-def _mean_of(case: Case, lights: list[Paths]) -> Floats:
-    """What the lights with extent bring to the lit points on average, (3, m)."""
-    probe = case.probe
-    parts = [reflected(probe.sight.points, path.light, path.d, path.seen("right"), RIGHT, 1)[..., 0] for path in lights]
-    return np.asarray(sum(parts))

@@ -8,6 +8,9 @@ from brought import ROOM, judged
 
 from nusselt.experiments.external import comparison
 from nusselt.experiments.external.diagnosis.diagnose import Diagnosis
+from nusselt.experiments.independent.render import Options
+from nusselt.experiments.independent.render import render as render_apart
+from nusselt.experiments.studies.brought_images import scene_named, text_of
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
 
@@ -18,7 +21,7 @@ TOLD = "your pixels are areas: --pixel-rule area"
 
 @pytest.fixture(autouse=True)
 def undiagnosed(monkeypatch):
-    monkeypatch.setattr(comparison, "diagnose", lambda *_: Diagnosis((), 0.0, 0.0))
+    monkeypatch.setattr(comparison, "diagnose", lambda *_: Diagnosis(()))
 
 
 def jittered(seed: int) -> np.ndarray:
@@ -52,6 +55,14 @@ def test_jittered_images_that_were_taken_for_centres(count):
     row = judged(ROOM, [darkened(image) for image in images], samples=RAYS, margin=MARGIN)
     assert row["verdict"] == "differs"
     assert TOLD not in row["reason"]
+
+
+def test_a_sliver_between_the_centres_is_no_mistake():
+    """A light's corner that reaches into a pixel of the background, with no edge of centres beside it."""
+    images = [render_apart(text_of("quad-stratified"), 64, Options(16, jittered=True, seed=seed)) for seed in (1, 2)]
+    row = judged(scene_named("quad-stratified", 64), images, samples=16, margin=MARGIN)
+    assert row["verdict"] == "undecided"
+    assert row["reason"].startswith(TOLD)
 
 
 @pytest.mark.parametrize("corner", [(0, 1), (1, 1)])

@@ -20,7 +20,7 @@ MARGIN = 0.05
 
 @pytest.fixture(autouse=True)
 def undiagnosed(monkeypatch):
-    monkeypatch.setattr(comparison, "diagnose", lambda *_: Diagnosis((), 0.0, 0.0))
+    monkeypatch.setattr(comparison, "diagnose", lambda *_: Diagnosis(()))
 
 
 def exr(path: Path, image: np.ndarray, compression: str, kind: type) -> Path:

@@ -22,7 +22,7 @@ from nusselt.renderer.scene_text import write_scene
 
 @pytest.fixture(autouse=True)
 def undiagnosed(monkeypatch):
-    monkeypatch.setattr(comparison, "diagnose", lambda *_: Diagnosis((), 0.0, 0.0))
+    monkeypatch.setattr(comparison, "diagnose", lambda *_: Diagnosis(()))
 
 
 def layered(path: Path, **layers: np.ndarray) -> Path:

@@ -1,23 +1,111 @@
-"""Planted mistakes are told by their names, at a reduced size; right images are told nothing."""
+"""Planted mistakes are told by their names or their places; right images are told nothing."""
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from nusselt.experiments.defects.mistakes import PLANTS, planted_scene
-from nusselt.experiments.external.diagnosis import HYPOTHESES, diagnose
+from nusselt.experiments.external.diagnosis import Inputs, diagnose
+from nusselt.experiments.external.diagnosis.case import Case
+from nusselt.experiments.external.diagnosis.hints import HINTS
+from nusselt.experiments.external.diagnosis.hypotheses import STAGES
+from nusselt.experiments.external.diagnosis.probe import Probe
 from nusselt.experiments.images.formats import Raw
 from nusselt.experiments.images.formats.png import to_levels
-from nusselt.experiments.studies.planted_mistakes import COURSE, tell
+from nusselt.experiments.images.transfer import Quantiser, Transfer
+from nusselt.experiments.independent.mistakes import KINDS, MISTAKES
+from nusselt.experiments.independent.mistakes.told import names_of, places_of
+from nusselt.experiments.independent.steps import RIGHT
+from nusselt.experiments.studies.brought_images import scene_named, truth_of
+from nusselt.experiments.studies.planted_images import SAMPLES, images_of
+from nusselt.experiments.studies.planted_mistakes import COURSE, inputs, tell
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
+from nusselt.renderer.scene_text import parse_scene
 
-QUICK = ("fov", "missing-cosine", "correlated-seeds", "half-pixel")
-"""Those of quick scenes; `nusselt run planted-mistakes` tries all, at the course's sizes."""
+WIDTH = 64
+RADIANCE = Quantiser(0, Transfer(), "truncate")
+LEVELS = ("fov", "missing-cosine", "correlated-seeds", "half-pixel")
+"""Of 8-bit images, those of quick scenes; `nusselt run planted-mistakes` tries all, at the course's sizes."""
+NAMED = (
+    "gain 0.98",
+    "surface cosine squared",
+    "1/r^3",
+    "measure changed twice",
+    "point over pi",
+    "half a cell off",
+    "no shadows",
+    "visibility averaged apart",
+    "missing ball",
+    "acne",
+    "materials exchanged",
+    "exponent a quarter",
+    "rolled by a degree",
+    "a row down",
+    "vignette",
+    "blur 3 x 3",
+    "eight bits, truncated",
+    "luminance",
+    "Reinhard",
+)
+PLACED = ("normals by the matrix", "one pixel ten times as bright", "a black row", "rotation the other way")
+"""Of the independent renderer; `nusselt run planted-images` tries all."""
 
 
-@pytest.mark.parametrize("plant", [p for p in PLANTS if p.name in QUICK], ids=lambda plant: plant.name)
-def test_a_planted_mistake_is_told_first(plant):
+def brought(name: str, steps=None, seeds=(1, 2)):
+    """Inputs of a mistake's scene, by its steps or by others."""
+    mistake = next(one for one in MISTAKES if one.name == name)
+    scene = scene_named(mistake.scene, WIDTH)
+    images = images_of(mistake, mistake.steps if steps is None else steps, WIDTH, seeds)
+    truth = truth_of(scene)
+    shaded = (truth.emitter == 0) & (truth.background == 0)
+    raws = [Raw(image.transpose(2, 0, 1)) for image in images]
+    error = (truth.standard_error**2).mean(axis=0)
+    return scene, Inputs(raws, RADIANCE, truth.mean, error, np.ones(shaded.shape, dtype=bool), shaded), mistake.strata
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_a_mistake_is_told_by_its_name(name):
+    scene, given, strata = brought(name)
+    kind = next(kind for kind, every in KINDS.items() if name in [one.name for one in every])
+    found = diagnose(scene, given, SAMPLES, strata)
+    assert found.mistakes, found.tried
+    assert found.mistakes[0].name in names_of(name, kind), found.mistakes
+    assert found.mistakes[0].explained > 0.85
+    assert found.mistakes[0].hint
+
+
+@pytest.mark.parametrize("name", PLACED)
+def test_a_mistake_without_a_name_is_told_by_its_place(name):
+    scene, given, strata = brought(name)
+    found = diagnose(scene, given, SAMPLES, strata)
+    assert found.mistakes == ()
+    assert any(
+        word in place.said
+        for place in found.where
+        for word in places_of(name, "pictures" if "row" in name or "pixel" in name else "geometry")
+    ), found.where
+
+
+@pytest.mark.parametrize("name", ["gain 0.98", "half vector", "point over pi", "no light cosine"])
+@pytest.mark.parametrize("seeds", [(5,), (5, 6), (5, 6, 7)])
+def test_right_images_are_told_nothing(name, seeds):
+    scene, given, strata = brought(name, RIGHT, seeds)
+    found = diagnose(scene, given, SAMPLES, strata)
+    assert found.mistakes == ()
+    assert found.where == ()
+
+
+def test_noise_that_two_images_share_is_no_mistake_of_the_light():
+    scene, given, strata = brought("gain 0.98", RIGHT, (5, 6))
+    both = [raw.values + 0.9 * (given.raws[0].values - given.mean) for raw in given.raws]
+    shared = Inputs([Raw(values) for values in both], RADIANCE, given.mean, given.error, given.judged, given.shaded)
+    assert diagnose(scene, shared, SAMPLES, strata).mistakes == ()
+
+
+@pytest.mark.parametrize("plant", [p for p in PLANTS if p.name in LEVELS], ids=lambda plant: plant.name)
+def test_a_mistake_in_levels_is_told_first(plant):
     (row,) = tell(PLANTS.index(plant), 160, seed=1).rows
     told = row["likely_mistakes"]
     assert told, row
@@ -27,16 +115,48 @@ def test_a_planted_mistake_is_told_first(plant):
         assert "44 instead of 45" in told[0]["detail"]
 
 
-def test_every_plant_has_its_hypothesis():
-    assert len(PLANTS) == 14
-    for plant in PLANTS:
-        assert plant.name in HYPOTHESES or plant.name == "correlated-seeds"
-
-
-def test_a_right_image_is_told_nothing():
+def test_a_right_image_in_levels_is_told_nothing():
     plant = next(p for p in PLANTS if p.name == "gamma")  # for its scene
     scene = planted_scene(plant, 120)
     image = render(scene, Area(samples=scene.light_samples, stratified=scene.stratify), seed=11)
-    found = diagnose(scene, [Raw(to_levels(image.mean))], COURSE, scene.light_samples, scene.stratify)
-    assert found.mistakes == ()
-    assert found.difference == pytest.approx(found.noise, rel=0.15)
+    given = inputs(scene, to_levels(image.mean))
+    assert given.quantiser is COURSE
+    assert diagnose(scene, given, scene.light_samples, scene.stratify).mistakes == ()
+
+
+RICH = """size 24 18
+camera .3 1.7 5.2  0 .5 0  0 1 0  40
+integrator direct
+lightsamples 16
+lightstratify on
+diffuse .5 .4 .3
+specular .3 .3 .3
+shininess 20
+vertex -3 0 3
+vertex 3 0 3
+vertex 3 0 -3
+vertex -3 0 -3
+tri 0 1 2
+tri 0 2 3
+specular 0 0 0
+diffuse .2 .5 .3
+sphere .5 .6 0 .6
+quadLight -.6 2.2 -1.2  0 0 1.2  1.2 0 0  8 8 7
+quadLight -2.2 1 -1  0 0 1.4  .6 1.2 0  4 5 8
+sun .6 1.5 1  .9 .85 .7  6
+"""
+
+
+def test_every_name_has_a_hint_and_every_hint_a_name():
+    scene = parse_scene(RICH)
+    truth = truth_of(scene)
+    shaded = (truth.emitter == 0) & (truth.background == 0)
+    names = {"correlated-seeds", "lost-samples", "half-pixel"}
+    moved = np.roll(truth.mean, 1, axis=1)
+    for image in (1.3 * truth.mean, moved, to_levels((truth.mean + moved) / 2)):
+        quantiser = COURSE if image.dtype == np.uint8 else RADIANCE
+        given = Inputs([Raw(image)], quantiser, truth.mean, truth.emitter * 0, np.ones(shaded.shape, bool), shaded)
+        case = Case(Probe(scene, 16, True), given)
+        with np.errstate(all="ignore"):
+            names |= {guess.name for stage in STAGES for hypothesis in stage for guess in hypothesis(case)}
+    assert names == set(HINTS)
