@@ -15,6 +15,8 @@ from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.check.rows import as_claimed, judged, reference_entry
 from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.images.transfer import RULES, Quantiser
+from nusselt.experiments.verdict.alike import Alike
+from nusselt.experiments.verdict.evidence import CHANCE
 from nusselt.experiments.verdict.judge import NoiseWord, Verdict
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.estimators import Estimator
@@ -28,7 +30,7 @@ from .diagnosis import Diagnosis, Inputs, diagnose
 from .diagnosis.diagnose import Mistake
 from .expected import Renders, Scores, course_scores, described, expected_scores
 from .ground_truth import Truth, ground_truth
-from .shared_noise import apart, common_noise, different, repeated_noise, whitened
+from .shared_noise import NEAR, apart, common_noise, different, whitened
 from .sides import Sides, stage
 
 SPREAD = 0.2
@@ -140,9 +142,9 @@ def _noise_in_common(shown: Against) -> tuple[Mistake, ...]:
     common = common_noise(fields)
     if common and apart(steps, deviation, fields[0] != 0) < ALIKE:
         return (Mistake(name, common, "images of different seeds have noise in common"),)
-    again, (down, right) = repeated_noise(fields[0])
-    said = f"the noise is repeated {right} pixels to the side and {down} down"
-    return (Mistake(name, again, said),) if again else ()
+    alike = Alike.of(fields[0], CHANCE)
+    far = max(map(abs, alike.step)) >= NEAR
+    return (Mistake(name, alike.correlation, alike.said),) if alike.correlation and far else ()
 
 
 def _warnings(scene: Scene, brought: Brought, shown: Against, estimator: Estimator) -> list[str]:

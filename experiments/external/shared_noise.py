@@ -73,25 +73,3 @@ def apart(steps: list[Floats], deviation: Floats, noisy: np.ndarray) -> float:
     ratio = np.var(steps, axis=0, ddof=1)[noisy] / deviation[noisy] ** 2
     freedom = len(steps) - 1
     return float(np.median(ratio)) / (float(stats.chi2.median(freedom)) / freedom) if ratio.size else 1.0
-
-
-def repeated_noise(field: Floats) -> tuple[float, tuple[int, int]]:
-    """Largest correlation of an image's noise with itself moved by (down, right) pixels, and that step."""
-    height, width = field.shape
-    count = int((field != 0).sum())
-    if count < 1000:
-        return 0.0, (0, 0)
-    padded = np.fft.rfft2(field, (2 * height, 2 * width))
-    moved = np.fft.irfft2(np.abs(padded) ** 2, (2 * height, 2 * width))
-    there = np.fft.rfft2((field != 0).astype(float), (2 * height, 2 * width))
-    pairs = np.fft.irfft2(np.abs(there) ** 2, (2 * height, 2 * width))
-    variance = float((field * field).sum()) / count
-    down, right = np.meshgrid(np.arange(2 * height), np.arange(2 * width), indexing="ij")
-    down, right = np.minimum(down, 2 * height - down), np.minimum(right, 2 * width - right)
-    usable = (np.maximum(down, right) >= NEAR) & (pairs > max(500.0, 0.05 * count))
-    correlation = np.where(usable, moved / np.maximum(pairs, 1) / variance, 0.0)
-    # As many chances as there are steps: their largest is about sqrt(2 log n) standard errors.
-    beyond = correlation * np.sqrt(np.maximum(pairs, 1)) > SURE + math.sqrt(2 * math.log(correlation.size))
-    correlation = np.where(beyond & (correlation > LEAST), correlation, 0.0)
-    place = np.unravel_index(int(correlation.argmax()), correlation.shape)
-    return float(correlation[place]), (int(down[place]), int(right[place]))

@@ -9,10 +9,11 @@ import pytest
 from scipy import stats
 
 from nusselt.experiments.external.expected import course_scores
-from nusselt.experiments.external.shared_noise import common_noise, repeated_noise
+from nusselt.experiments.external.shared_noise import common_noise
 from nusselt.experiments.images.formats import Raw
 from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.images.transfer import RULES, Quantiser, Transfer
+from nusselt.experiments.verdict.alike import Alike
 
 FALSE_ALARM = 1e-6
 
@@ -78,8 +79,7 @@ def test_noise_in_common_is_seen_and_independent_noise_is_not():
 
 def test_noise_repeated_from_row_to_row_is_seen():
     rng = np.random.default_rng(3)
-    assert repeated_noise(rng.standard_normal((90, 120)))[0] == 0.0
-    tiled = np.tile(rng.standard_normal((30, 120)), (3, 1))
-    again, step = repeated_noise(tiled)
-    assert again > 0.9
-    assert step in ((30, 0), (60, 0))
+    assert Alike.of(rng.standard_normal((90, 120)), 1e-6).correlation == 0.0
+    alike = Alike.of(np.tile(rng.standard_normal((30, 120)), (3, 1)), 1e-6)
+    assert alike.correlation > 0.9
+    assert alike.step in ((0, 30), (0, 60))
