@@ -176,11 +176,12 @@ class Case:
         """(n,): see `FLOOR`; without the edges' part."""
         grey = np.abs(self.truth).mean(axis=0)
         usual = float(grey[self.shaded].mean()) if self.shaded.any() else float(grey.mean())
-        if usual > 0 and self.shaded.any():  # a dark image is looked at as closely
+        usual = usual or float(grey.max()) or 1.0  # a scene that is black
+        if self.shaded.any():  # a dark image is looked at as closely
             seen = np.abs(self.observed).mean(axis=0)[self.shaded].mean() / usual
             grey, usual = grey * np.where(self.shaded, np.clip(seen, DARK, 1), 1.0), usual * np.clip(seen, DARK, 1)
         step = 1.0 / self.quantiser.top if self.quantiser.top else 0.0
-        return FLOOR * (grey + LEAST * usual) + step + 1e-300
+        return FLOOR * (grey + LEAST * usual) + step
 
     @cached_property
     def beside(self) -> Bools:

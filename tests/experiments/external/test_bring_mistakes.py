@@ -97,6 +97,18 @@ def test_right_images_are_told_nothing(name, seeds):
     assert found.where == ()
 
 
+@pytest.mark.parametrize("scene", ["lamp from behind", "lonely"])
+@pytest.mark.parametrize("change", [lambda mean: 0 * mean, lambda mean: mean + 0.1, lambda mean: mean * np.nan])
+def test_scenes_and_images_that_are_black_or_not_finite(scene, change):
+    made = scene_named(scene, 24)
+    truth = truth_of(made)
+    shaded = (truth.emitter == 0) & (truth.background == 0)
+    image = Raw(change(truth.mean))
+    given = Inputs([image], RADIANCE, truth.mean, 0 * truth.emitter, np.ones(shaded.shape, dtype=bool), shaded)
+    names = [mistake.name for mistake in diagnose(made, given, SAMPLES, True).mistakes]
+    assert names in ([], ["no-light"], ["ambient"])
+
+
 def test_noise_that_two_images_share_is_no_mistake_of_the_light():
     scene, given, strata = brought("gain 0.98", RIGHT, (5, 6))
     both = [raw.values + 0.9 * (given.raws[0].values - given.mean) for raw in given.raws]
