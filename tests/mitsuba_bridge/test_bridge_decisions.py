@@ -308,8 +308,7 @@ def lamps(count: int) -> tuple[QuadLight, ...]:
     return tuple(found)
 
 
-@pytest.mark.parametrize("spp", [1, 4], ids=["centres", "boxes"])
-@pytest.mark.parametrize("count", [2, 14], ids=["apart", "in groups"])
+@pytest.mark.parametrize(("count", "spp"), [(2, 1), (2, 4), (14, 1)], ids=["apart", "apart in boxes", "in groups"])
 def test_lights_together_are_their_sum(count, spp):
     """The others' bodies stay in their way and in view: each alone has them black."""
     every = lamps(count)

@@ -26,8 +26,8 @@ from nusselt.renderer.scene_text import parse_scene
 
 WIDTH = 64
 RADIANCE = Quantiser(0, Transfer(), "truncate")
-LEVELS = ("fov", "missing-cosine", "correlated-seeds", "half-pixel")
-"""Of 8-bit images, those of quick scenes; `nusselt run planted-mistakes` tries all, at the course's sizes."""
+LEVELS = ("fov", "correlated-seeds")
+"""Of 8-bit images; `nusselt run planted-mistakes` tries all, at the course's sizes."""
 NAMED = (
     "gain 0.98",
     "surface cosine squared",
@@ -88,8 +88,9 @@ def test_a_mistake_without_a_name_is_told_by_its_place(name):
     ), found.where
 
 
-@pytest.mark.parametrize("name", ["gain 0.98", "half vector", "point over pi", "no light cosine"])
-@pytest.mark.parametrize("seeds", [(5,), (5, 6), (5, 6, 7)])
+@pytest.mark.parametrize(
+    ("name", "seeds"), [("gain 0.98", (5,)), ("half vector", (5, 6)), ("point over pi", (5, 6, 7)), ("1/r", (5, 6))]
+)
 def test_right_images_are_told_nothing(name, seeds):
     scene, given, strata = brought(name, RIGHT, seeds)
     found = diagnose(scene, given, SAMPLES, strata)
