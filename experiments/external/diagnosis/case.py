@@ -168,8 +168,15 @@ class Case:
         if len(self.images) > 1:
             own = np.where(self.valid, self.images, 0.0).var(axis=0, ddof=1).mean(axis=0)
         else:
-            own = (self.probe.variance + self.quantiser.spread(self.truth)).mean(axis=0)
+            own = (self.seen**2 * self.probe.variance + self.quantiser.spread(self.truth)).mean(axis=0)
         return np.asarray(own * self.lit / len(self.images))
+
+    @cached_property
+    def seen(self) -> float:
+        """How bright surfaces are over how bright they should be, from `DARK` to 1: noise is as much less."""
+        some = self.shaded
+        right = float(np.abs(self.truth)[:, some].mean()) if some.any() else 0.0
+        return float(np.clip(np.abs(self.observed)[:, some].mean() / right, DARK, 1.0)) if right > 0 else 1.0
 
     @cached_property
     def floor(self) -> Floats:
@@ -177,11 +184,9 @@ class Case:
         grey = np.abs(self.truth).mean(axis=0)
         usual = float(grey[self.shaded].mean()) if self.shaded.any() else float(grey.mean())
         usual = usual or float(grey.max()) or 1.0  # a scene that is black
-        if self.shaded.any():  # a dark image is looked at as closely
-            seen = np.abs(self.observed).mean(axis=0)[self.shaded].mean() / usual
-            grey, usual = grey * np.where(self.shaded, np.clip(seen, DARK, 1), 1.0), usual * np.clip(seen, DARK, 1)
+        grey = np.where(self.shaded, self.seen * grey, grey)  # a dark image is looked at as closely
         step = 1.0 / self.quantiser.top if self.quantiser.top else 0.0
-        return FLOOR * (grey + LEAST * usual) + step
+        return FLOOR * (grey + LEAST * self.seen * usual) + step
 
     @cached_property
     def beside(self) -> Bools:

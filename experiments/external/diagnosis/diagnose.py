@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Bools
 
 from .case import Case, Fit, Inputs
 from .hints import HINTS
@@ -107,6 +108,12 @@ class Scored:
     def name(self) -> str:
         return self.fit.guess.name
 
+    @property
+    def _measures(self) -> tuple[Callable[[Fit, Bools], tuple[float, float]], ...]:
+        """By pixels and by tiles; by pixels alone where noise is told that may clump, and one image cannot tell."""
+        clumps = len(self.fit.left) == 1 and np.ndim(self.fit.guess.noise) > 0
+        return (Fit.pixels,) if clumps else (Fit.pixels, Fit.tiles)
+
     @cached_property
     def explained(self) -> float:
         """The lower share of surfaces and plain pixels."""
@@ -117,7 +124,7 @@ class Scored:
         """Of tiles or of pixels, whichever tells with less noise; 1 where nothing was wrong, and nothing is."""
         shaded = self.fit.case.shaded
         shares = []
-        for of in (Fit.pixels, Fit.tiles):
+        for of in self._measures:
             before, error = of(self.right, shaded)
             after, other = of(self.fit, shaded)
             if before > LEFT * error and before > 0:
@@ -137,7 +144,7 @@ class Scored:
     def rest(self) -> bool:
         """Whether more than noise is left."""
         shaded = self.fit.case.shaded
-        for of in (Fit.pixels, Fit.tiles):
+        for of in self._measures:
             left, error = of(self.fit, shaded)
             if left > LEFT * error and left > 0:
                 return True

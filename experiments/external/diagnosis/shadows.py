@@ -71,7 +71,8 @@ def lost_samples(case: Case) -> Iterator[Guess]:
     else:
         noise = float(((case.observed - seen - kept * lit)[:, shaded] ** 2).mean())
     by_chance = noise > MORE * usual and abs(noise / expected - 1) < LIKE
-    if by_chance or (noise > NOISIER * usual and _uneven(case, case.observed - seen - kept * lit)):
+    by_itself = len(case.images) > 1 or _uneven(case, case.observed - seen - kept * lit)  # one image's may be a shape
+    if (by_chance or noise > NOISIER * usual) and by_itself:
         told = f"{1 - kept:.1%} of the samples are lost, as by chance: rays without a gap, roulette without weight"
         more = (noise - usual) / (expected - usual) * kept * (1 - kept) * squares.mean(axis=0)
         yield Guess("lost-samples", seen + kept * lit, told, 1, noise=more)
