@@ -119,7 +119,7 @@ def test_noise_that_two_images_share_is_no_mistake_of_the_light():
 
 @pytest.mark.parametrize("plant", [p for p in PLANTS if p.name in LEVELS], ids=lambda plant: plant.name)
 def test_a_mistake_in_levels_is_told_first(plant):
-    (row,) = tell(PLANTS.index(plant), 160, seed=1).rows
+    (row,) = tell(PLANTS.index(plant), 120, seed=1).rows
     told = row["likely_mistakes"]
     assert told, row
     assert told[0]["name"] == plant.name, told
