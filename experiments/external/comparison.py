@@ -116,15 +116,8 @@ def _diagnosed(
     scene: Scene, shown: Against, truth: Truth, estimator: Estimator, progress: Progress | None
 ) -> Diagnosis:
     """Of images that differ; where no name explains them, what noise they have in common."""
-    image, reference = shown.sides.image, truth.reference
-    given = Inputs(
-        shown.raws[: shown.sides.images],
-        shown.quantiser,
-        reference.mean,
-        (reference.standard_error**2).mean(axis=0),
-        ~image.unjudged,
-        (reference.emitter == 0) & (reference.background == 0),
-    )
+    raws, judged = shown.raws[: shown.sides.images], ~shown.sides.image.unjudged
+    given = Inputs.against(raws, shown.quantiser, truth.reference, judged)
     diagnosis = diagnose(scene, given, estimator.samples, estimator.stratified, progress)
     if diagnosis.mistakes or any(place.pixels < SPREAD for place in diagnosis.where):
         return diagnosis

@@ -6,7 +6,6 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from rich import box
 from rich.markup import escape
 from rich.table import Table
@@ -27,10 +26,7 @@ COURSE = Quantiser(255, Transfer("linear"), "truncate")
 
 def inputs(scene: Scene, levels: Levels) -> Inputs:
     """One image, and the truth that it is compared with."""
-    reference = truth_of(scene)
-    error = (reference.standard_error**2).mean(axis=0)
-    shaded = (reference.emitter == 0) & (reference.background == 0)
-    return Inputs([Raw(levels)], COURSE, reference.mean, error, np.ones(shaded.shape, dtype=bool), shaded)
+    return Inputs.against([Raw(levels)], COURSE, truth_of(scene))
 
 
 def tell(number: int, width: int | None, seed: int) -> Outcome:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -128,8 +128,6 @@ class Rule:
         Of beams, (n, k).
     diffuse, specular : callable
         Of beams, (3, n): what multiplies the mean weight, and the mean of weight times lobe.
-    gather : callable, optional
-        Of beams and their weights, without and with the shadow: (n, passes) in place of their mean.
     """
 
     weight: Callable[[Beams], Floats] = right_weight
@@ -148,13 +146,12 @@ class Rule:
                 out = out + b.points.albedo(kind)[:, :, None] * b.mean(weight * kind.evaluate(b.points, b.d, b.r))
         return np.asarray(out * colour(b.light)[:, :, None])
 
-    def squared(self, b: Beams) -> Floats:
-        """Mean square (3, n) of what one sample brings, the other lobes' light left out."""
+    def samples(self, b: Beams) -> Iterator[Floats]:
+        """What each sample brings (n, k), channel by channel, the other lobes' light left out."""
         weight = self.weight(b) * b.seen
         lobe = self.lobe(b) if self.lobe is not None and b.points.is_glossy else np.zeros(1)
-        kd, ks = self.diffuse(b), self.specular(b)
-        squares = [((weight * (kd[c][:, None] + ks[c][:, None] * lobe)) ** 2).mean(axis=1) for c in range(3)]
-        return np.asarray(np.stack(squares) * colour(b.light) ** 2)
+        for tint, kd, ks in zip(colour(b.light)[:, 0], self.diffuse(b), self.specular(b), strict=True):
+            yield tint * weight * (kd[:, None] + ks[:, None] * lobe)
 
 
 RIGHT = Rule()

@@ -13,14 +13,14 @@ from scipy import ndimage
 
 from nusselt.renderer.vectors import Floats
 
-from .case import Case, Guess
+from .case import Case, Guess, least
 from .probe import Probe
 
 ENOUGH = 4000
 """Pixels looked at while searching, half of them beside another thing: chosen by how far off they are, their noise
 would be taken for a move."""
-ZOOMS, FINER = 4, 9
-"""Finer grids around the best, and their values."""
+ZOOMS = 4
+"""Finer grids around the best."""
 WHOLE = 0.25
 """Degrees from a whole angle within which the whole one is tried: people's mistakes are round."""
 SAME = 1.1
@@ -64,14 +64,8 @@ class Search:
         return float((case.weight[self.some] * (step * step).mean(axis=0)).sum())
 
     def nearest(self, family: Callable[[float], Place], grid: Floats) -> float:
-        """The parameter whose image is nearest: edges make the distance jagged, so that only grids are trusted."""
-        values = grid
-        for _ in range(1 + ZOOMS):
-            distances = [self.distance(family(float(value))) for value in values]
-            best = int(np.argmin(distances))
-            chosen, low, high = float(values[best]), values[max(best - 1, 0)], values[min(best + 1, values.size - 1)]
-            values = np.union1d(np.linspace(low, high, FINER), chosen)
-        return chosen
+        """The parameter whose image is nearest."""
+        return least(lambda value: self.distance(family(value)), grid, 1 + ZOOMS)
 
 
 def _seen(case: Case, name: str, place: Place, detail: str, fitted: int = 0) -> Guess:

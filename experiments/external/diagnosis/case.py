@@ -17,6 +17,7 @@ from scipy import ndimage
 
 from nusselt.experiments.images.formats import Raw
 from nusselt.experiments.images.transfer import Quantiser, Rule
+from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.vectors import Bools, Floats
 
 from .probe import Probe
@@ -93,6 +94,16 @@ class Inputs:
     judged: Bools
     shaded: Bools
 
+    @classmethod
+    def against(
+        cls, raws: list[Raw], quantiser: Quantiser, reference: Reference, judged: Bools | None = None
+    ) -> Inputs:
+        """Images and what they are compared with; all pixels are unless some are ``judged``."""
+        shaded = (reference.emitter == 0) & (reference.background == 0)
+        error = (reference.standard_error**2).mean(axis=0)
+        judged = np.ones(shaded.shape, dtype=bool) if judged is None else judged
+        return cls(raws, quantiser, reference.mean, error, judged, shaded)
+
 
 @dataclass(frozen=True)
 class Case:
@@ -139,13 +150,8 @@ class Case:
     def valid(self) -> Bools:
         """Pixels (n,) that are compared, finite in every image, and not cut off at the top."""
         kept = np.isfinite(self.images).all(axis=(0, 1)) & self.probe.pick(self.given.judged)
-        return np.asarray(kept & ~self.quantiser.saturated(self.truth, self.deviation).any(axis=0) | self._plain_top)
-
-    @cached_property
-    def _plain_top(self) -> Bools:
-        """Pixels without noise at the top of the range are compared as they are."""
-        kept = np.isfinite(self.images).all(axis=(0, 1)) & self.probe.pick(self.given.judged)
-        return np.asarray(kept & ~self.lit)
+        cut_off = self.quantiser.saturated(self.truth, self.deviation).any(axis=0)
+        return np.asarray(kept & ~(cut_off & self.lit))  # without noise the top is compared as it is
 
     @cached_property
     def lit(self) -> Bools:
@@ -244,18 +250,8 @@ class Case:
         return float((self.weight * (step * step).mean(axis=0)).sum())
 
     def nearest(self, family: Callable[[float], Floats], grid: Iterable[float]) -> float:
-        """The parameter whose prediction is nearest: the best of a grid, then of finer grids between its neighbours.
-
-        Edges make the distance jagged, so that no slope is trusted.
-        """
-        values = np.asarray(list(grid), dtype=np.float64)
-        for _ in range(ROUNDS):
-            distances = [self.distance(family(float(value))) for value in values]
-            best = int(np.argmin(distances))
-            low, high = values[max(best - 1, 0)], values[min(best + 1, values.size - 1)]
-            chosen = float(values[best])
-            values = np.union1d(np.linspace(low, high, FINER), chosen)
-        return chosen
+        """The parameter whose prediction is nearest."""
+        return least(lambda value: self.distance(family(value)), grid, ROUNDS)
 
     def combined(self, parts: Floats, rest: Floats | None = None, some: Bools | None = None) -> Floats:
         """Factors (j,) of the parts (j, 3, n) whose sum, beside a fixed ``rest``, is nearest: least squares."""
@@ -284,7 +280,8 @@ class Fit:
         return np.asarray(self.case.weight * ((mean * mean).mean(axis=0) - noise))
 
     @cached_property
-    def _halves(self) -> tuple[Floats, Floats]:
+    def halves(self) -> tuple[Floats, Floats]:
+        """What is left (3, n) of two halves of the images; of one image the same twice."""
         half = max(len(self.left) // 2, 1)
         return self.left[:half].mean(axis=0), self.left[-half:].mean(axis=0)
 
@@ -299,14 +296,14 @@ class Fit:
 
     def pixels(self, some: Bools) -> tuple[float, float]:
         """What is left beyond noise over the pixels ``some``, and the standard error that noise gives it."""
-        one, other = self._halves
+        one, other = self.halves
         terms = (self.case.weight * (one * other).mean(axis=0) - self._noise)[some]
         return float(terms.sum()), math.sqrt(float((self._spread[some] ** 2).sum()))
 
     def tiles(self, some: Bools) -> tuple[float, float]:
         """The same of sums over tiles."""
         root = np.sqrt(self.case.weight) * some
-        one, other = (np.stack([self._tiled(root * channel) for channel in half]) for half in self._halves)
+        one, other = (np.stack([self._tiled(root * channel) for channel in half]) for half in self.halves)
         terms = (one * other).mean(axis=0) - self._tiled(self._noise * some)
         return float(terms.sum()), math.sqrt(float((self._tiled(self._spread * some) ** 2).sum()))
 
@@ -338,12 +335,25 @@ class Fit:
     def plain_left(self) -> float:
         """How far those are off in all: squares over that of a usual radiance, one at most of a pixel."""
         scale = self.case.floor / FLOOR
-        one, other = self._halves
+        one, other = self.halves
         noise = np.where(self.case.valid, self.guess.error, 0.0)
         if len(self.left) == 1:
             noise = noise + self.guess.noise
         squares = ((one * other).mean(axis=0) - noise) / scale**2
         return max(float(np.minimum(squares, 1.0)[self.case.plain].sum()), 0.0)
+
+
+def least(distance: Callable[[float], float], grid: Iterable[float], rounds: int) -> float:
+    """The value of least distance: the best of a grid, then of finer grids between its neighbours.
+
+    Edges make the distance jagged, so that no slope is trusted.
+    """
+    values = np.asarray(list(grid), dtype=np.float64)
+    for _ in range(rounds):
+        best = int(np.argmin([distance(float(value)) for value in values]))
+        chosen, low, high = float(values[best]), values[max(best - 1, 0)], values[min(best + 1, values.size - 1)]
+        values = np.union1d(np.linspace(low, high, FINER), chosen)
+    return chosen
 
 
 def nearer(one: Floats, other: Floats) -> float:

@@ -102,7 +102,11 @@ class Scored:
     """A fit beside that of no mistake."""
 
     fit: Fit
-    right: Fit
+
+    @property
+    def right(self) -> Fit:
+        """What no mistake leaves."""
+        return self.fit.case.right
 
     @property
     def name(self) -> str:
@@ -205,9 +209,7 @@ def diagnose(
             progress("mistakes", number, len(STAGES))
         with np.errstate(all="ignore"):
             for hypothesis in stage:
-                scored += [
-                    Scored(case.fit(guess), case.right) for guess in hypothesis(case) if _finite(guess.prediction)
-                ]
+                scored += [Scored(case.fit(guess)) for guess in hypothesis(case) if _finite(guess.prediction)]
         best = _best(scored)
         if best is not None and best.ends_search:
             break

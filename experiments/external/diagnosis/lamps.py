@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from nusselt.renderer.lights import Light, SunLight
+from nusselt.renderer.lights import Light, QuadLight, SunLight
 from nusselt.renderer.vectors import Floats
 
 from .beams import RIGHT
@@ -78,13 +78,10 @@ def each_light(case: Case) -> Iterator[Guess]:
     probe = case.probe
     if not 1 < len(probe.paths) <= 12:
         return
-    lit = probe.sight.lit
     for path in probe.paths:
-        share = path.right.mean(axis=2)
-        if not share.any():
+        part = _share(path, case)
+        if not part.any():
             continue
-        part = np.zeros_like(case.truth)
-        part[:, lit] = share
         error = _noise_of(path, case)
         gone = np.where(probe.sight.light == path.source.index, 0.0, case.truth)
         told = f"{said(path)} lights nothing"
@@ -97,10 +94,16 @@ def each_light(case: Case) -> Iterator[Guess]:
             yield Guess("light-factor", case.truth + (factor - 1) * part, told, 1, (factor - 1) ** 2 * error)
     if len(probe.paths) > 2:
         for path in probe.paths:
-            part = np.zeros_like(case.truth)
-            part[:, lit] = path.right.mean(axis=2)
             told = f"{said(path)} alone lights"
-            yield Guess("forgotten-light", part + probe.sight.emission, told, 0, _noise_of(path, case))
+            prediction = _share(path, case) + probe.sight.emission
+            yield Guess("forgotten-light", prediction, told, 0, _noise_of(path, case))
+
+
+def _share(path: Paths, case: Case) -> Floats:
+    """What one light brings, (3, n)."""
+    part = np.zeros_like(case.truth)
+    part[:, case.probe.sight.lit] = path.right.mean(axis=2)
+    return part
 
 
 def _noise_of(path: Paths, case: Case) -> Floats:
@@ -125,8 +128,7 @@ def grey_lights(case: Case) -> Iterator[Guess]:
         for path, tint in zip(case.probe.paths, tints, strict=True):
             scale = np.divide(of @ tint, tint, out=np.zeros(3), where=tint > 0)
             parts.append((path, path.right * scale[:, None, None]))
-        guess = changed(case, "light-colour", f"lights are grey: the {words} of their channels in each", parts)
-        yield guess
+        yield changed(case, "light-colour", f"lights are grey: the {words} of their channels in each", parts)
 
 
 Places = Callable[[Floats, Floats, int], tuple[Floats, Floats]]
@@ -213,42 +215,35 @@ def light_points(case: Case) -> Iterator[Guess]:
     probe = case.probe
     wide = [path for path in probe.paths if path.light.parallelogram() is not None]
     side = math.isqrt(probe.samples) if probe.stratified else 0
+    if not wide:
+        return
+    words, _ = next(groups(wide, len(probe.paths)))
     for told, places in (PLACES | (CELLS if side > 1 else {})).items():
-        for words, chosen in groups(wide, len(probe.paths)):
-            if len(chosen) == 1 and len(wide) > 1:
-                continue
-            parts = [(p, RIGHT.radiance(p.through(*places(p.u, p.v, side)))) for p in chosen]
-            yield changed(case, "light-points", told + words, parts)
+        parts = [(p, RIGHT.radiance(p.through(*places(p.u, p.v, side)))) for p in wide]
+        yield changed(case, "light-points", told + words, parts)
     for told, shape in EDGES.items():
-        if wide:
-            beams = [(p, p.through(p.u, p.v, shape(p.light))) for p in wide]
-            yield changed(case, "light-shape", told, [(p, RIGHT.radiance(replace(b, light=p.light))) for p, b in beams])
+        beams = [(p, p.through(p.u, p.v, shape(quad))) for p in wide if (quad := p.light.parallelogram())]
+        yield changed(case, "light-shape", told, [(p, RIGHT.radiance(replace(b, light=p.light))) for p, b in beams])
 
 
-def _square(light: Light) -> Light:
-    quad = light.parallelogram()
-    if quad is None:
-        return light
+def _square(quad: QuadLight) -> QuadLight:
     ab, ac = np.array(quad.ab), np.array(quad.ac)
     return replace(quad, ac=tuple(ac - ab * (ab @ ac) / (ab @ ab)))
 
 
-def _from_corners(first: bool, second: bool) -> Callable[[Light], Light]:
+def _from_corners(first: bool, second: bool) -> Callable[[QuadLight], QuadLight]:
     """Edges taken for corners, and the first corner taken off them."""
 
-    def change(light: Light) -> Light:
-        quad = light.parallelogram()
-        if quad is None:
-            return light
+    def change(quad: QuadLight) -> QuadLight:
         corner = np.array(quad.corner)
         ab, ac = np.array(quad.ab) - first * corner, np.array(quad.ac) - second * corner
         area = np.linalg.norm(np.cross(ab, ac))
-        return replace(quad, ab=tuple(ab), ac=tuple(ac)) if area > 0 and ab.any() and ac.any() else light
+        return replace(quad, ab=tuple(ab), ac=tuple(ac)) if area > 0 and ab.any() and ac.any() else quad
 
     return change
 
 
-EDGES: dict[str, Callable[[Light], Light]] = {
+EDGES: dict[str, Callable[[QuadLight], QuadLight]] = {
     "the second edge is made square to the first": _square,
     "the first edge is taken for a corner": _from_corners(True, False),
     "the second edge is taken for a corner": _from_corners(False, True),
@@ -281,4 +276,6 @@ def small_lights(case: Case) -> Iterator[Guess]:
                 yield changed(case, "sun-points", f"{said(path)}: {told}", [(path, made)])
 
 
-LAMPS = (light_scale, each_light, grey_lights, light_points, small_lights)
+LAMPS = (light_scale, each_light, grey_lights)
+POINTS = (light_points, small_lights)
+"""They need shadow rays of their own."""

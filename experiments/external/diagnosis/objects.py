@@ -77,6 +77,3 @@ def missing(case: Case) -> Iterator[Guess]:
             balls = tuple(ball for k, ball in enumerate(scene.ellipsoids) if k != number)
             without = Probe(scene.with_(meshes=meshes, ellipsoids=balls), probe.samples, probe.stratified)
             yield seen_through(case, without, "object-missing", (probe.x, probe.y), f"{thing.said} is not there")
-
-
-OBJECTS = (one_thing,)

@@ -96,12 +96,10 @@ def _change(case: Case, some: Bools) -> float:
 
 def _beyond_noise(case: Case) -> tuple[Floats, float]:
     """Squared differences (n,) over the square of a usual radiance, without noise; and the sum's standard error."""
-    half = max(len(case.images) // 2, 1)
-    images = np.where(case.valid, np.nan_to_num(case.images) - case.quantiser.expected(case.truth, case.deviation), 0.0)
-    one, other = images[:half].mean(axis=0), images[-half:].mean(axis=0)
+    one, other = case.right.halves
     scale = case.floor**2 + np.median(case.variance[case.shaded]) if case.shaded.any() else case.floor**2
     product = (one * other).mean(axis=0)
-    if len(images) == 1:
+    if len(case.images) == 1:
         product = product - case.variance
     error = np.sqrt(float(((2 * case.variance / scale)[case.valid] ** 2).sum()))
     return np.asarray(product / scale), float(error)
@@ -114,7 +112,12 @@ def _regions(case: Case) -> Iterator[tuple[str, Bools]]:
     yield "on the background", sight.surface < 0
     yield "at the edges of things", case.beside
     lit = sight.lit
-    shaded = np.zeros(case.truth.shape[1], dtype=bool)
+
+    def of_points(some: Bools) -> Bools:
+        mask = np.zeros(case.truth.shape[1], dtype=bool)
+        mask[lit[some]] = True
+        return mask
+
     for thing in bodies(probe):
         yield f"on {thing.said}", thing.shown & case.lit
         near = ndimage.binary_dilation(probe.grid(thing.shown.astype(float)), iterations=BESIDE).ravel()
@@ -126,19 +129,13 @@ def _regions(case: Case) -> Iterator[tuple[str, Bools]]:
         seen = path.beams.seen.mean(axis=1)
         kinds = {"half shadow": (seen > 0) & (seen < 1), "full shadow": seen == 0, "open light": seen == 1}
         for kind, some in kinds.items():
-            mask = shaded.copy()
-            mask[lit[some & would]] = True
-            if kind != "open light" or len(probe.paths) > 1:
-                yield f"in the {kind} of {said(path)}" if kind != "open light" else f"where {said(path)} is open", mask
-        dark = shaded.copy()
-        dark[lit[(seen < 1) & would]] = True
-        yield f"in the shadows of {said(path)}", dark
-        away = shaded.copy()
-        away[lit[~would]] = True
-        yield f"on what faces away from {said(path)}", away
-    glossy = shaded.copy()
-    glossy[lit] = sight.points.specular.max(axis=0, initial=0) > 0
-    yield "on glossy things", glossy
+            if kind != "open light":
+                yield f"in the {kind} of {said(path)}", of_points(some & would)
+            elif len(probe.paths) > 1:
+                yield f"where {said(path)} is open", of_points(some & would)
+        yield f"in the shadows of {said(path)}", of_points((seen < 1) & would)
+        yield f"on what faces away from {said(path)}", of_points(~would)
+    yield "on glossy things", of_points(sight.points.specular.max(axis=0, initial=0) > 0)
     yield from _stripes(case)
 
 

@@ -171,7 +171,11 @@ class Probe:
         self.rows = np.minimum(rows[:, None] + place[0], scene.height - 1)
         self.columns = np.minimum(columns[None] + place[1], scene.width - 1)
         self.x, self.y = self.columns.ravel() + 0.5, self.rows.ravel() + 0.5
-        self.sight = self.look(self.x, self.y)
+
+    @cached_property
+    def sight(self) -> Sight:
+        """What the pixels show."""
+        return self.look(self.x, self.y)
 
     @cached_property
     def paths(self) -> list[Paths]:
@@ -181,7 +185,7 @@ class Probe:
     @cached_property
     def variance(self) -> Floats:
         """Of one image of the estimator, (3, n)."""
-        out = np.repeat(np.zeros_like(self.sight.emission)[:, :, None], self.passes, axis=2)
+        out = np.zeros((*self.sight.emission.shape, self.passes))
         out[:, self.sight.lit] += self.lit_by(self.paths)
         return np.asarray(out.var(axis=2, ddof=1))
 

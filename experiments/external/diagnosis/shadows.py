@@ -13,7 +13,7 @@ from .beams import RIGHT, Beams, seen_as
 from .case import Case, Guess
 from .objects import bodies
 from .probe import Paths
-from .transport import changed, groups, said
+from .transport import ALONE, changed, groups, said
 
 SHORT = (0.999, 0.99, 0.97, 0.95, 0.9, 0.5)
 """Shares of the way that shadow rays go."""
@@ -21,6 +21,12 @@ BEYOND = (0.001, 0.01)
 """Shares of the way that they go on behind the light."""
 GAPS = (0.003, 0.01, 0.02, 0.05, 0.1, 0.2)
 """Lengths after which they begin."""
+LATE = (0.01, 0.05, 0.1)
+"""Shares of the way after which they begin."""
+CULLED = 4000
+"""Triangles of a scene in which they are tried with one side, at most."""
+PATTERNS = 64
+"""Sets of triangles that points see from their front, at most."""
 
 
 def no_shadows(case: Case) -> Iterator[Guess]:
@@ -62,7 +68,8 @@ def lost_samples(case: Case) -> Iterator[Guess]:
         return
     squares = np.zeros_like(case.truth)
     for path in wide:
-        squares[:, case.probe.sight.lit] += RIGHT.squared(path.beams) / case.probe.samples
+        mean = [(value**2).mean(axis=1) for value in RIGHT.samples(path.beams)]
+        squares[:, case.probe.sight.lit] += np.stack(mean) / case.probe.samples
     shaded = case.shaded
     usual = float(case.probe.variance[:, shaded].mean()) * kept**2
     expected = usual + kept * (1 - kept) * float(squares[:, shaded].mean())
@@ -90,23 +97,21 @@ def hard_shadows(case: Case) -> Iterator[Guess]:
     wide = [path for path in case.probe.paths if path.light.has_extent]
     if not wide:
         return
-    shadowless = [path.beams.worth * np.maximum(path.beams.cosine, 0) for path in wide]
-    ways: dict[str, tuple[str, Callable[[Paths, Floats], Beams]]] = {
+    ways: dict[str, tuple[str, Callable[[Paths], Beams]]] = {
         "shadow rays go to the light's centre": ("hard-shadows", _centre),
         "the first sample's shadow ray serves all samples": ("hard-shadows", _first),
-        "mean visibility times mean light": ("visibility-apart", lambda path, weight: _mean(path)),
+        "mean visibility times mean light": ("visibility-apart", _mean),
     }
     for told, (name, way) in ways.items():
-        parts = [(path, RIGHT.radiance(way(path, w))) for path, w in zip(wide, shadowless, strict=True)]
-        yield changed(case, name, told, parts)
+        yield changed(case, name, told, [(path, RIGHT.radiance(way(path))) for path in wide])
 
 
-def _centre(path: Paths, weight: Floats) -> Beams:
+def _centre(path: Paths) -> Beams:
     middle = np.full((1, 1), 0.5) if path.light.parallelogram() is not None else np.zeros((1, 1))
     return seen_as(path.beams, path.through(middle, middle).seen)
 
 
-def _first(path: Paths, weight: Floats) -> Beams:
+def _first(path: Paths) -> Beams:
     each = path.u.shape[1] // path.passes
     seen = path.beams.seen.reshape(-1, path.passes, each)[:, :, :1]
     return seen_as(path.beams, np.broadcast_to(seen, (seen.shape[0], path.passes, each)).reshape(path.u.shape))
@@ -118,34 +123,24 @@ def _mean(path: Paths) -> Beams:
 
 def ends(case: Case) -> Iterator[Guess]:
     """Shadow rays that end before the light, or never; that begin late, or off the surface."""
-    probe = case.probe
-    near = [path for path in probe.paths if not path.light.at_infinity]
+    near = [path for path in case.probe.paths if not path.light.at_infinity]
     for share in SHORT:
-        parts = [(p, _again(p, p.beams.d * share)) for p in near]
-        if near:
-            yield changed(
-                case, "short-shadow-rays", f"shadow rays end {1 - share:.2g} of the way before the light", parts
-            )
-        for more in BEYOND:
-            parts = [(p, _again(p, p.beams.d * (1 + more), False, p.everything)) for p in near]
-            told = f"shadow rays go on {more:g} of the way behind the light: what is there blocks"
-            yield changed(case, "endless-shadow-rays", told, parts)
-    if near:
-        parts = [(p, _again(p, p.beams.d, True, p.everything)) for p in near]
-        yield changed(
-            case, "endless-shadow-rays", "shadow rays do not end at the light: what is behind it blocks", parts
-        )
+        told = f"shadow rays end {1 - share:.2g} of the way before the light"
+        yield changed(case, "short-shadow-rays", told, [(p, _again(p, p.beams.d * share)) for p in near])
+    for more in BEYOND:
+        told = f"shadow rays go on {more:g} of the way behind the light: what is there blocks"
+        parts = [(p, _again(p, p.beams.d * (1 + more), False, p.everything)) for p in near]
+        yield changed(case, "endless-shadow-rays", told, parts)
+    told = "shadow rays do not end at the light: what is behind it blocks"
+    yield changed(case, "endless-shadow-rays", told, [(p, _again(p, p.beams.d, True, p.everything)) for p in near])
     for gap in GAPS:
         yield _late(case, gap, f"shadow rays begin {gap:g} late", along=True)
         yield _late(case, gap, f"shadow rays begin {gap:g} above the surface", along=False)
-    for share in (0.01, 0.05, 0.1):
-        parts = [(p, _shifted(p, p.beams.d * share, 1 - share)) for p in near]
-        if near:
-            yield changed(case, "shadow-epsilon", f"shadow rays begin {share:g} of the way late", parts)
-            parts = [(p, _shifted(p, p.beams.d * share, 1 - 2 * share)) for p in near]
-            yield changed(
-                case, "shadow-epsilon", f"shadow rays begin {share:g} of the way late and end as early", parts
-            )
+    for share in LATE:
+        for kept, words in ((1 - share, ""), (1 - 2 * share, " and end as early")):
+            told = f"shadow rays begin {share:g} of the way late{words}"
+            parts = [(p, _shifted(p, p.beams.d * share, kept)) for p in near]
+            yield changed(case, "shadow-epsilon", told, parts)
 
 
 def _again(path: Paths, d: Floats, endless: bool = False, blockers: Blockers | None = None) -> Floats:
@@ -196,31 +191,25 @@ def not_blocking(case: Case) -> Iterator[Guess]:
             stand = Blockers(geometry, every.triangles[triangles & ~own], every.ellipsoids[ellipsoids], every.disks[:0])
             parts.append((path, _again(path, path.beams.d, False, stand)))
         yield changed(case, "not-blocking", told, parts)
-    if len(case.probe.paths) <= 4:
-        for path in case.probe.paths:
-            front = (geometry.normal * 0 + 1).any(axis=0) & ~light
-            yield from _culled(case, path, front)
-            break
+    if 0 < len(case.probe.paths) <= ALONE and geometry.triangles <= CULLED:
+        yield from _culled(case, case.probe.paths[0])
 
 
-def _culled(case: Case, path: Paths, some: Bools) -> Iterator[Guess]:
-    """Triangles block from one side alone."""
-    if not some.any() or case.probe.geometry.triangles > 4000:
+def _culled(case: Case, path: Paths) -> Iterator[Guess]:
+    """Triangles block from one side alone: a ray from a point meets a plane from the side that the point is on."""
+    b, g = path.beams, path.geometry
+    things = np.flatnonzero(g.light[g.triangle_surface] < 0)
+    height = g.normal[:, things].T @ b.points.position - (g.normal * g.a).sum(axis=0)[things, None]
+    if not things.size:
         return
-    b = path.beams
-    g = case.probe.geometry
-    every = np.flatnonzero(some)
-    seen = np.ones(b.r.shape)
-    # A triangle met from its back is told by its side of the point: planes do not turn along a ray.
-    height = np.einsum("it,in->nt", g.normal[:, every], b.points.position) - (g.normal * g.a).sum(axis=0)[every]
-    for sign in (1,):
-        for k, triangle in enumerate(every[:64]):
-            front = np.flatnonzero(sign * height[:, k] > 0)
-            if front.size:
-                stand = Blockers(g, np.array([triangle]), every[:0], every[:0])
-                seen[front] *= path.visible(front, b.d[:, front], path.light.at_infinity, stand)
-    stand = Blockers(g, every[:0], np.arange(g.ellipsoids), every[:0])
-    seen *= path.visible(np.arange(b.points.count), b.d, path.light.at_infinity, stand)
+    sides, of_point = np.unique(height > 0, axis=1, return_inverse=True)
+    if sides.shape[1] > PATTERNS:
+        return
+    seen = np.empty(b.r.shape)
+    for number, front in enumerate(sides.T):
+        chosen = np.flatnonzero(of_point == number)
+        stand = Blockers(g, things[front], np.arange(g.ellipsoids), things[:0])
+        seen[chosen] = path.visible(chosen, b.d[:, chosen], path.light.at_infinity, stand)
     told = f"triangles cast no shadow from their back ({said(path)})"
     yield changed(case, "not-blocking", told, [(path, RIGHT.radiance(seen_as(b, seen)))])
 

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nusselt.renderer.lights import colour
 from nusselt.renderer.vectors import Floats, dot
 
-from .beams import RIGHT, Beams, Rule, diffuse, power, right_lobe, right_weight, specular
+from .beams import RIGHT, Beams, Rule, diffuse, power, right_lobe, specular
 from .case import Case, Guess
 from .probe import Paths
 
@@ -327,11 +326,7 @@ def samples_cut_off(case: Case) -> Iterator[Guess]:
 
 
 def _capped(b: Beams, cap: float) -> Floats:
-    weight = right_weight(b) * b.seen
-    lobe = right_lobe(b) if b.points.is_glossy else 0.0
-    kd, ks, tint = diffuse(b), specular(b), colour(b.light)
-    channels = [tint[c, 0] * weight * (kd[c][:, None] + ks[c][:, None] * lobe) for c in range(3)]
-    return np.stack([b.mean(np.minimum(value, cap)) for value in channels])
+    return np.stack([b.mean(np.minimum(value, cap)) for value in RIGHT.samples(b)])
 
 
 def _as_seen(case: Case, guess: Guess) -> Guess:

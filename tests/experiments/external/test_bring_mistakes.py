@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -58,11 +60,8 @@ def brought(name: str, steps=None, seeds=(1, 2)):
     mistake = next(one for one in MISTAKES if one.name == name)
     scene = scene_named(mistake.scene, WIDTH)
     images = images_of(mistake, mistake.steps if steps is None else steps, WIDTH, seeds)
-    truth = truth_of(scene)
-    shaded = (truth.emitter == 0) & (truth.background == 0)
     raws = [Raw(image.transpose(2, 0, 1)) for image in images]
-    error = (truth.standard_error**2).mean(axis=0)
-    return scene, Inputs(raws, RADIANCE, truth.mean, error, np.ones(shaded.shape, dtype=bool), shaded), mistake.strata
+    return scene, Inputs.against(raws, RADIANCE, truth_of(scene)), mistake.strata
 
 
 @pytest.mark.parametrize("name", NAMED)
@@ -103,9 +102,7 @@ def test_right_images_are_told_nothing(name, seeds):
 def test_scenes_and_images_that_are_black_or_not_finite(scene, change):
     made = scene_named(scene, 24)
     truth = truth_of(made)
-    shaded = (truth.emitter == 0) & (truth.background == 0)
-    image = Raw(change(truth.mean))
-    given = Inputs([image], RADIANCE, truth.mean, 0 * truth.emitter, np.ones(shaded.shape, dtype=bool), shaded)
+    given = Inputs.against([Raw(change(truth.mean))], RADIANCE, truth)
     names = [mistake.name for mistake in diagnose(made, given, SAMPLES, True).mistakes]
     assert names in ([], ["no-light"], ["ambient"])
 
@@ -113,7 +110,7 @@ def test_scenes_and_images_that_are_black_or_not_finite(scene, change):
 def test_noise_that_two_images_share_is_no_mistake_of_the_light():
     scene, given, strata = brought("gain 0.98", RIGHT, (5, 6))
     both = [raw.values + 0.9 * (given.raws[0].values - given.mean) for raw in given.raws]
-    shared = Inputs([Raw(values) for values in both], RADIANCE, given.mean, given.error, given.judged, given.shaded)
+    shared = replace(given, raws=[Raw(values) for values in both])
     assert diagnose(scene, shared, SAMPLES, strata).mistakes == ()
 
 
@@ -163,13 +160,11 @@ sun .6 1.5 1  .9 .85 .7  6
 def test_every_name_has_a_hint_and_every_hint_a_name():
     scene = parse_scene(RICH)
     truth = truth_of(scene)
-    shaded = (truth.emitter == 0) & (truth.background == 0)
     names = {"correlated-seeds", "lost-samples", "half-pixel"}
     moved = np.roll(truth.mean, 1, axis=1)
     for image in (1.3 * truth.mean, moved, to_levels((truth.mean + moved) / 2)):
         quantiser = COURSE if image.dtype == np.uint8 else RADIANCE
-        given = Inputs([Raw(image)], quantiser, truth.mean, truth.emitter * 0, np.ones(shaded.shape, bool), shaded)
-        case = Case(Probe(scene, 16, True), given)
+        case = Case(Probe(scene, 16, True), Inputs.against([Raw(image)], quantiser, truth))
         with np.errstate(all="ignore"):
             names |= {guess.name for stage in STAGES for hypothesis in stage for guess in hypothesis(case)}
     assert names == set(HINTS)
