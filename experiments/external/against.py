@@ -23,7 +23,7 @@ from .diagnosis.case import nearer
 from .expected import PASSES, Renders, own_renders, supposed_sampling
 from .ground_truth import Truth
 from .noise import Noise, noise_of
-from .shared_noise import rough
+from .shared_noise import rough, smooth
 from .sides import Sides, two_sides
 
 SURE = 3.0
@@ -133,15 +133,20 @@ def in_common(sides: Sides, noise: Noise) -> bool:
     """Whether images that vary little among each other are as far from the truth as noise of the supposed size.
 
     Seeds that are not used, but for the order of a sum, give such images; they tell as little of noise as one does.
-    What is smooth in the difference is not noise.
+    What is smooth in the difference is not noise, and dark images vary as little as they are dark.
     """
     if sides.images == 1 or sides.factor > ALIKE:
         return False
-    difference = (sides.image.mean - sides.reference.mean).mean(axis=0)
-    some = sides.image.shaded & ~sides.image.unjudged & noise.sampled & np.isfinite(difference)
+    seen, expected = sides.image.mean.mean(axis=0), sides.reference.mean.mean(axis=0)
+    some = sides.image.shaded & ~sides.image.unjudged & noise.sampled & np.isfinite(seen)
+    level = smooth(expected, some)
+    dark = np.divide(smooth(seen, some), level, out=np.ones_like(level), where=level > 0)
+    supposed = float((np.clip(dark, 0.0, 1.0) ** 2 * sides.supposed)[some].sum())
+    if float(sides.image.pixel_variance[some].sum()) > ALIKE * supposed:
+        return False
     own = sides.image.pixel_variance / sides.images + sides.reference.pixel_standard_error**2
-    left = float((rough(difference, some) ** 2).sum())
-    return left > max(float(own[some].sum()) / ALIKE, ALIKE * float(sides.supposed[some].sum()))
+    left = float((rough(seen - expected, some) ** 2).sum())
+    return left > max(float(own[some].sum()) / ALIKE, ALIKE * supposed)
 
 
 def _expectations(scene: Scene, question: Question, noise: Noise, sides: Sides, truth: Truth) -> Expectations:

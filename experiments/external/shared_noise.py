@@ -39,12 +39,16 @@ def whitened(difference: Floats, deviation: Floats, shaded: np.ndarray) -> Float
     return np.where(np.abs(z) < CUT, rough(z, noisy), 0.0)
 
 
+def smooth(values: Floats, some: np.ndarray) -> Floats:
+    """The mean of values (h, w) around each pixel, of the pixels ``some`` alone."""
+    weight = ndimage.uniform_filter(some.astype(float), AROUND, mode="constant")
+    total = ndimage.uniform_filter(np.where(some, values, 0.0), AROUND, mode="constant")
+    return np.asarray(total / np.maximum(weight, 1e-9))
+
+
 def rough(values: Floats, some: np.ndarray) -> Floats:
     """Values (h, w) at the pixels ``some`` without what is smooth among those; 0 elsewhere."""
-    values = np.where(some, values, 0.0)
-    weight = ndimage.uniform_filter(some.astype(float), AROUND, mode="constant")
-    smooth = ndimage.uniform_filter(values, AROUND, mode="constant") / np.maximum(weight, 1e-9)
-    return np.where(some, values - smooth, 0.0)
+    return np.where(some, np.where(some, values, 0.0) - smooth(values, some), 0.0)
 
 
 def common_noise(fields: list[Floats]) -> float:

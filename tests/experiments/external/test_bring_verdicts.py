@@ -132,6 +132,22 @@ def test_a_mistake_in_common_is_not_noise_in_common():
     assert "correlated-seeds" not in [mistake["name"] for mistake in row["likely_mistakes"][:1]]
 
 
+@pytest.mark.usefixtures("undiagnosed")
+@pytest.mark.parametrize("factor", [0.5, 0.1])
+def test_two_dark_images_vary_as_little_as_they_are_dark(factor):
+    images = [np.where((image := honest(ROOM, k)) > 5, image, factor * image) for k in (1, 2)]
+    row = judged(ROOM, images, margin=0.01)
+    assert not row["single_image"]
+    assert row["bias_interval"][1] < factor - 0.99 < row["bias_interval"][1] + 0.02
+
+
+@pytest.mark.usefixtures("undiagnosed")
+def test_dark_images_with_noise_in_common_still_count_as_one():
+    image, other = honest(ROOM, 1, stratified=False), honest(ROOM, 2, stratified=False)
+    both = [np.where(one > 5, one, 0.1 * one) for one in (image, 0.9 * image + 0.1 * other)]
+    assert judged(ROOM, both, stratified=False, margin=0.01)["single_image"]
+
+
 @pytest.mark.parametrize("share", [0.1, 1e-6])
 def test_images_with_noise_in_common_count_as_one_and_are_told_so(share):
     """A tenth of other noise, or a sum in another order."""
