@@ -11,7 +11,7 @@ import math
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -20,8 +20,10 @@ from numpy.typing import NDArray
 
 from .ambiguous_pixels import Tolerance, near_edges
 from .camera.rays import pixel_centres
+from .camera.sensors import sensor_view, to_irradiance
 from .camera.view import View, look
 from .chunks import each
+from .errors import InputError
 from .estimators.protocol import Bounded, Estimator
 from .needs import LeftOut, Needs, Source
 from .prepared import Prepared, prepare
@@ -124,6 +126,7 @@ class Job:
     everything: bool
     tolerance: Tolerance | None
     offset: RayOffset | None = None
+    sensors: bool = False
 
 
 @dataclass(frozen=True)
@@ -217,7 +220,7 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
     moments: tuple[_Moments, ...] = ()
     pixels = []
     routes: Counter[str] = Counter()
-    view = look(scene, geometry, x, y)
+    view = sensor_view(scene, geometry, np.array(tile.columns)) if job.sensors else look(scene, geometry, x, y)
     if job.tolerance and not boxed:
         unjudged = near_edges(scene, geometry, needs, view, x, y, job.tolerance)
     for number in range(passes):
@@ -294,7 +297,57 @@ def render(
     -------
     Image
     """
-    job = Job(scene, estimator, seed, passes, everything, tolerance, offset)
+    return _render(Job(scene, estimator, seed, passes, everything, tolerance, offset), executor, progress)
+
+
+def read_sensors(
+    scene: Scene,
+    estimator: Estimator,
+    *,
+    seed: int = 0,
+    passes: int = 1,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> Image:
+    """What a scene's sensors read: irradiance, W m^-2, as an image of one row, a pixel for each.
+
+    Nothing is left out but what the estimator leaves out by the point: needs are found for surfaces.
+
+    Parameters
+    ----------
+    scene : Scene
+        With sensors.
+    estimator, seed, passes, executor, progress
+        As for `render`.
+
+    Returns
+    -------
+    Image
+        ``first``, ``mean`` (3, 1, n), their variances and ``pass_means`` in irradiance; levels mean nothing.
+
+    Raises
+    ------
+    InputError
+        If the scene has none.
+    """
+    if not scene.sensors:
+        raise InputError("sensors", "none", "a scene with a sensor: sensor x y z nx ny nz")
+    row = scene.with_(width=len(scene.sensors), height=1, spp=1)
+    image = _render(Job(row, estimator, seed, passes, True, None, sensors=True), executor, progress)
+    square = to_irradiance(to_irradiance(1.0))
+    return replace(
+        image,
+        first=to_irradiance(image.first),
+        mean=to_irradiance(image.mean),
+        variance=square * image.variance,
+        pixel_variance=square * image.pixel_variance,
+        pass_means=to_irradiance(image.pass_means),
+    )
+
+
+def _render(job: Job, executor: Executor | None, progress: Progress | None) -> Image:
+    """All tiles of a job, put together."""
+    scene, estimator = job.scene, job.estimator
     shared = estimator.shares_points  # one light point at a time: a tile's memory does not grow with them
     parts = tiles(scene, 1 if shared else estimator.samples)
     needs = _opened(job).needs

@@ -13,6 +13,7 @@ from typing import Any
 
 from .errors import InputError
 from .lights import Light, QuadLight
+from .sensor import Sensor
 from .surfaces import Ellipsoid, Material, Mesh
 from .validation import Vec3, finite, parallel, vector
 
@@ -76,6 +77,8 @@ class Scene:
         1: the ray through the pixel's centre. Above 1: that many uniform rays over the pixel's box.
     two_sided : bool
         Whether surfaces also reflect at their back.
+    sensors : tuple of Sensor
+        Points whose irradiance is asked for. They change no pixel.
     name, output : str
         For reports; the file's own name for its PNG.
     warnings : tuple of str
@@ -96,6 +99,7 @@ class Scene:
     stratify: bool = False
     spp: int = 1
     two_sided: bool = False
+    sensors: tuple[Sensor, ...] = ()
     name: str = "scene"
     output: str = "raytrace.png"
     warnings: tuple[str, ...] = field(default=(), compare=False)
@@ -137,7 +141,7 @@ class Scene:
         """SHA-256 of everything that can change a pixel, as hex; names and warnings left out."""
         told = hashlib.sha256()
         for entry in fields(self):
-            if entry.name in ("name", "output", "warnings", "lines", "meshes"):
+            if entry.name in ("name", "output", "warnings", "lines", "meshes", "sensors"):
                 continue
             told.update(f"{entry.name}={getattr(self, entry.name)!r};".encode())
         for mesh in self.meshes:

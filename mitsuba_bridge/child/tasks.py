@@ -20,6 +20,7 @@ from .patch_irradiance import patches
 from .race import race
 from .reference import Progress, reference, tracing
 from .scene_dict import bsdf_dict, scene_dict
+from .sensors import sensors
 from .variance import spread
 
 Task = Callable[[dict[str, Any], Path, Progress], dict[str, Array]]
@@ -132,5 +133,6 @@ TASKS: dict[str, Task] = {
     "images": images,
     "patches": patches,
     "spread": spread,
+    "sensors": sensors,
     "epsilons": epsilons,
 }

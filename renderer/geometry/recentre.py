@@ -27,7 +27,12 @@ def _anchor(places: Floats) -> Floats:
 def near_origin(scene: Scene) -> Scene:
     """The same scene, moved if that takes no rounding; itself if there is nothing to gain."""
     camera = scene.camera
-    small = [camera.position, camera.target, *(e.center for e in scene.ellipsoids)]
+    small = [
+        camera.position,
+        camera.target,
+        *(s.position for s in scene.sensors),
+        *(e.center for e in scene.ellipsoids),
+    ]
     lamps = [light.anchored() for light in scene.lights]
     anchor = _anchor(np.hstack([np.array(small).T, *lamps, *(mesh.vertices for mesh in scene.meshes)]))
     if not anchor.any():
@@ -41,4 +46,5 @@ def near_origin(scene: Scene) -> Scene:
         meshes=tuple(Mesh(mesh.vertices - anchor[:, None], mesh.triangles, mesh.material) for mesh in scene.meshes),
         ellipsoids=tuple(replace(ellipsoid, center=moved(ellipsoid.center)) for ellipsoid in scene.ellipsoids),
         lights=tuple(light.moved(anchor) for light in scene.lights),
+        sensors=tuple(replace(sensor, position=moved(sensor.position)) for sensor in scene.sensors),
     )

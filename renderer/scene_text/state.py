@@ -13,6 +13,7 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.lights import Light, PointLight
 from nusselt.renderer.mesh_files import Surface, find_inside, read_mesh_file
 from nusselt.renderer.scene import INTEGRATORS, Camera, Scene
+from nusselt.renderer.sensor import Sensor
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 from nusselt.renderer.validation import Vec3
 from nusselt.renderer.words import count
@@ -21,6 +22,7 @@ from . import transforms
 from .triangle_pile import TrianglePile
 
 MAX_PUSHED = 100_000
+MAX_SENSORS = 65_536
 _INTEGRATORS = ("analyticdirect", "direct", "raytracer", "pathtracer")
 
 
@@ -55,6 +57,7 @@ class SceneState:
         self._parameters: dict[str, Any] = {}  # of lobes, by command
         self._material, self._emission_line = Material(), 0
         self._meshes, self._ellipsoids, self._lights = list[Mesh](), list[Ellipsoid](), list[Light]()
+        self._sensors = list[Sensor]()
         self._lines: tuple[list[int], list[int], list[int]] = ([], [], [])
         self._surfaces: dict[str, Surface] = {}  # by file name
         self._attenuated, self._bare_point = False, 0  # is there a law for points, line of the first without one
@@ -84,16 +87,16 @@ class SceneState:
         """The scene, once every command is read; an error in a setting names the setting's line."""
         self._close_mesh()
         for needed, accepted in (("size", "size width height"), ("camera", "one camera command")):
-            if needed not in self._settings:
+            if needed not in self._settings and not self._sensors:
                 raise InputError(needed, "missing", accepted, self.place)
-        width, height = self._settings["size"][0]
+        width, height = self._setting("size", (1, 1))
         integrator = self._integrator()
         self._tell_falloff()
         try:
             return Scene(
                 width=width,
                 height=height,
-                camera=self._setting("camera", None),
+                camera=self._setting("camera", None) or _looking_at(self._sensors[0]),
                 meshes=tuple(self._meshes),
                 ellipsoids=tuple(self._ellipsoids),
                 lights=tuple(self._lights),
@@ -101,6 +104,7 @@ class SceneState:
                 light_samples=self._setting("lightsamples", 1),
                 stratify=self._setting("lightstratify", False),
                 spp=self._setting("spp", 1),
+                sensors=tuple(self._sensors),
                 name=name,
                 output=self._setting("output", "raytrace.png"),
                 warnings=self.warnings,
@@ -279,3 +283,40 @@ class SceneState:
         self._lines[2].append(self.line)
         if isinstance(light, PointLight) and not self._attenuated and not self._bare_point:
             self._bare_point = self.line
+
+    def sensor(self, *v: float) -> None:
+        self._add_sensors([Sensor(_vec(v), _vec(v[3:]))])
+
+    def sensor_grid(self, *v: float) -> None:
+        """The middles of a parallelogram's cells, row by row along ab."""
+        corner, ab, ac = (np.array(_vec(v[k:])) for k in (0, 3, 6))
+        sides = []
+        for name, number in zip(("nab", "nac"), v[12:], strict=True):
+            if number != int(number) or not 1 <= number <= MAX_SENSORS:
+                raise InputError(f"sensorGrid {name}", number, f"a whole number from 1 to {MAX_SENSORS}")
+            sides.append((np.arange(int(number)) + 0.5) / number)
+        if sides[0].size * sides[1].size > MAX_SENSORS:
+            raise InputError("sensorGrid nab", v[12], f"at most {MAX_SENSORS} sensors in all")
+        places = corner + sides[1][:, None, None] * ac + sides[0][None, :, None] * ab
+        self._add_sensors([Sensor(_vec(place), _vec(v[9:])) for place in places.reshape(-1, 3).tolist()])
+
+    def _add_sensors(self, sensors: list[Sensor]) -> None:
+        if len(self._sensors) + len(sensors) > MAX_SENSORS:
+            raise InputError("sensor", f"number {MAX_SENSORS + 1}", f"at most {MAX_SENSORS} in a scene")
+        self._sensors += sensors
+
+    def expect(self, *v: float) -> None:
+        """What the last sensor should read."""
+        if not self._sensors:
+            raise InputError("expect", "no sensor before it", "a sensor first: sensor x y z nx ny nz")
+        if self._sensors[-1].expected is not None:
+            raise InputError("expect", "a second time", "one for each sensor")
+        self._sensors[-1] = replace(self._sensors[-1], expected=_vec(v), percent=v[3])
+
+
+def _looking_at(sensor: Sensor) -> Camera:
+    """For a scene of sensors alone: a camera on the lit side of one."""
+    position, normal = np.array(sensor.position), np.array(sensor.normal)
+    away = max(1.0, float(np.abs(position).max()))
+    up = np.eye(3)[np.abs(normal).argmin()]
+    return Camera(_vec((position + away * normal).tolist()), sensor.position, _vec(up.tolist()), 45.0)

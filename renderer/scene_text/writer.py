@@ -12,6 +12,7 @@ from nusselt.renderer.lights.text import numbers
 from nusselt.renderer.lobes import Lobe
 from nusselt.renderer.lobes.protocol import from_values, values_of
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.sensor import Sensor
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 from nusselt.renderer.validation import Vec3
 
@@ -49,6 +50,7 @@ def write_scene(scene: Scene) -> str:
     groups = (
         _settings(scene),
         map(_light, scene.lights),
+        _sensors(scene.sensors),
         _meshes(scene.meshes, kinds),
         _ellipsoids(scene.ellipsoids, kinds),
     )
@@ -74,6 +76,13 @@ def _settings(scene: Scene) -> Iterator[str]:
 
 def _light(light: Light) -> str:
     return f"{light.TEXT.command} {_numbers(*numbers(light))}"
+
+
+def _sensors(sensors: Iterable[Sensor]) -> Iterator[str]:
+    for sensor in sensors:
+        yield f"sensor {_numbers(*sensor.position, *sensor.normal)}"
+        if sensor.expected is not None:
+            yield f"expect {_numbers(*sensor.expected, sensor.percent)}"
 
 
 def _material(material: Material, kinds: Sequence[type[Lobe]]) -> Iterator[str]:

@@ -1,0 +1,74 @@
+"""Irradiance at points of a scene, light by light, as Mitsuba's light sampling and shadow rays find it; child only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from .scene_dict import scene_dict
+
+LANES = 1 << 21
+"""Samples traced at once."""
+DELTA = ("point", "directional", "spot")
+"""Kinds of light that one sample settles."""
+
+Array = NDArray[Any]
+
+
+def _places(position: Array, normal: Array, samples: int) -> Any:
+    """Interactions: each sensor ``samples`` times."""
+    found = dr.zeros(mi.SurfaceInteraction3f, position.shape[1] * samples)
+    found.p = mi.Point3f(np.repeat(position, samples, axis=1).astype(np.float32))
+    found.n = mi.Normal3f(np.repeat(normal, samples, axis=1).astype(np.float32))
+    found.sh_frame = mi.Frame3f(mi.Vector3f(found.n))
+    return found
+
+
+def _strata(sensors: int, samples: int, rng: np.random.Generator) -> Any:
+    """One point in each of the cells of the unit square, for each sensor."""
+    side = math.isqrt(samples)
+    i, j = np.divmod(np.arange(samples), side)
+    u, v = rng.random((2, sensors, samples))
+    return mi.Point2f(((i + u) / side).ravel().astype(np.float32), ((j + v) / side).ravel().astype(np.float32))
+
+
+def _one_pass(scene: Any, place: Any, sensors: int, samples: int, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Mean (3, n), and the largest that one sample brings if nothing blocks (3, n)."""
+    strata = _strata(sensors, samples, rng)
+    sample, bare = scene.sample_emitter_direction(place, strata, False)
+    _, found = scene.sample_emitter_direction(place, strata, True)
+    cosine = dr.maximum(dr.dot(mi.Vector3f(place.n), sample.d), 0)
+    value, most = (np.array(weight * cosine, dtype=np.float64).reshape(3, sensors, -1) for weight in (found, bare))
+    return value.mean(axis=2), most.max(axis=2)
+
+
+def sensors(job: dict[str, Any], folder: Path, progress: Callable[[int, int], None]) -> dict[str, Array]:
+    """``mean``, ``standard_error`` (3, n), and ``grain`` (3, n) of the job's sensors."""
+    description, passes = job["description"], job["passes"]
+    position, normal = (np.array(job[name], dtype=np.float64) for name in ("position", "normal"))
+    count, lights = position.shape[1], description["lights"]
+    means, grain = np.zeros((passes, 3, count)), np.zeros((3, count))
+    side = max(1, LANES // job["samples"])
+    for number, light in enumerate(lights):
+        scene = mi.load_dict(scene_dict(description, folder, (number,)))
+        delta = light["kind"] in DELTA
+        samples, repeats = (1, 1) if delta else (job["samples"], passes)
+        rng = np.random.default_rng(np.random.SeedSequence(job["seed"], spawn_key=(number,)))
+        for start in range(0, count, side):
+            part = slice(start, start + side)
+            place = _places(position[:, part], normal[:, part], samples)
+            for k in range(repeats):
+                mean, largest = _one_pass(scene, place, position[:, part].shape[1], samples, rng)
+                means[slice(None) if delta else k, :, part] += mean
+                if not delta:
+                    grain[:, part] = np.maximum(grain[:, part], largest / (samples * passes))
+        progress(number + 1, len(lights))
+    error = means.std(axis=0, ddof=1) / math.sqrt(passes)
+    return {"mean": means.mean(axis=0), "standard_error": error, "grain": grain}

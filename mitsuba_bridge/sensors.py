@@ -1,0 +1,103 @@
+"""What Mitsuba says a scene's sensors read: irradiance by its light sampling and shadow rays.
+
+Its `irradiancemeter` looks for lights with rays over the hemisphere, which finds small ones rarely, and wants a shape
+to lie on; a point and a normal put to its lights, one after the other, is what its `direct` does at a white surface.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats
+
+from .description import describe
+from .llvm import Backend, backend
+from .process import ReferenceUnavailable
+from .reference import ask
+
+PASSES = 32
+
+
+@dataclass(frozen=True)
+class SensorReference:
+    """Readings of n sensors.
+
+    Parameters
+    ----------
+    mean, standard_error : (3, n) float64
+        Irradiance, W m^-2.
+    grain : (3, n) float64
+        The most that one sample can change it by.
+    passes, samples : int
+        Independent ones; of each light in all of them.
+    version, variant : str
+        Of Mitsuba.
+    limits : tuple of str
+        Where it may be wrong itself.
+    """
+
+    mean: Floats
+    standard_error: Floats
+    grain: Floats
+    passes: int
+    samples: int
+    version: str
+    variant: str
+    limits: tuple[str, ...]
+
+
+def sensors_by_mitsuba(
+    scene: Scene,
+    *,
+    seed: int,
+    samples: int = 1 << 14,
+    timeout: float = 600.0,
+    progress: Callable[[int, int], None] | None = None,
+    running: Backend | None = None,
+) -> SensorReference:
+    """Read a scene's sensors with Mitsuba.
+
+    Parameters
+    ----------
+    samples : int
+        Of each light with an extent, in each of PASSES passes; a square number.
+    timeout : float
+        Seconds.
+
+    Raises
+    ------
+    ReferenceUnavailable
+        If Mitsuba's LLVM variant cannot run here, or fails.
+    """
+    running = running or backend()
+    if not running.variant.startswith("llvm"):
+        raise ReferenceUnavailable(f"sensors are put to Mitsuba's LLVM variant alone: {running.sentence}")
+    with tempfile.TemporaryDirectory(prefix="nusselt-") as name:
+        description = describe(scene, Path(name))
+        centre = np.array(description.centre)
+        job = {
+            "task": "sensors",
+            "description": description.as_json(),
+            "position": ((np.array([s.position for s in scene.sensors]) - centre) * description.scale).T.tolist(),
+            "normal": np.array([s.normal for s in scene.sensors]).T.tolist(),
+            "samples": samples,
+            "passes": PASSES,
+            "seed": seed,
+        }
+        arrays, told = ask(job, Path(name), running, timeout, progress)
+    if not np.isfinite(arrays["mean"]).all():
+        raise ReferenceUnavailable("Mitsuba's irradiance is not finite everywhere")
+    return SensorReference(
+        *(arrays[name] for name in ("mean", "standard_error", "grain")),
+        passes=PASSES,
+        samples=samples * PASSES,
+        version=str(told["version"]),
+        variant=str(told["variant"]),
+        limits=tuple(description.limits),
+    )
