@@ -94,7 +94,9 @@ def sensors_by_mitsuba(
     if not np.isfinite(arrays["mean"]).all():
         raise ReferenceUnavailable("Mitsuba's irradiance is not finite everywhere")
     return SensorReference(
-        *(arrays[name] for name in ("mean", "standard_error", "grain")),
+        mean=arrays["mean"],
+        standard_error=arrays["standard_error"],
+        grain=arrays["grain"],
         passes=PASSES,
         samples=samples * PASSES,
         version=str(told["version"]),

@@ -109,7 +109,9 @@ def read(
             why = str(problem)
         seconds["reference"] = time.perf_counter() - started
     level = question.alpha / tests
-    compared = reference and against_mitsuba(ours, passes, estimator.samples, reference, question.margin, level)
+    compared = None
+    if reference is not None:
+        compared = against_mitsuba(ours, passes, estimator.samples, reference, question.margin, level)
     head: Row = {
         "experiment": "sensors",
         "scene": scene.name,

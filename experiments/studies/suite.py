@@ -18,6 +18,7 @@ from nusselt.experiments.studies.offset import OFFSET
 from nusselt.experiments.studies.planted_defects import PLANTED_DEFECTS
 from nusselt.experiments.studies.planted_images import PLANTED_IMAGES
 from nusselt.experiments.studies.planted_mistakes import PLANTED_MISTAKES
+from nusselt.experiments.studies.public_tables.study import PUBLIC_TABLES
 from nusselt.experiments.studies.race.study import ERROR_AGAINST_TIME
 from nusselt.experiments.studies.random_scenes import RANDOM_SCENES
 from nusselt.experiments.studies.random_vs_stratified import RANDOM_VS_STRATIFIED
@@ -29,6 +30,7 @@ from nusselt.experiments.studies.visibility_only import VISIBILITY_ONLY
 EXPERIMENTS: tuple[Experiment, ...] = (
     RANDOM_VS_STRATIFIED,
     ANALYTIC,
+    PUBLIC_TABLES,
     NUSSELT_ANALOG,
     SOFT_SHADOWS,
     VISIBILITY_ONLY,
