@@ -23,8 +23,9 @@ from nusselt.renderer.vectors import Floats, dot, unit
 
 from .cutting import cut
 from .lights import approximations, described, rgb
-from .limits import close_blockers
+from .limits import close_blockers, far_lifted
 from .lobes import is_stock, surface
+from .origin import own_file
 from .placement import SIZE, Placement, place, seen_box
 from .ply import write_ply
 from .tessellation import tessellate, tessellate_about
@@ -214,6 +215,11 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
         notes.append("the camera is more than 10,000 scene sizes away: Mitsuba's float32 hit points lose digits")
     for light in scene.lights:
         notes += approximations(light)
+    own = own_file(scene) is not None
+    limits = close_blockers(scene, seen_box(scene), placement.near) if normalise or own else []
+    if own:
+        notes.append("the reference is the file itself, as Mitsuba reads it: nothing is moved or scaled")
+        limits += far_lifted(scene, placement.half)
     description = Description(
         camera,
         shapes,
@@ -224,7 +230,7 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
         files.scale,
         list(placement.centre),
         notes,
-        close_blockers(scene, seen_box(scene), placement.near) if normalise else [],
+        limits,
     )
     _check_range(description)
     return description

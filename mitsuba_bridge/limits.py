@@ -50,6 +50,25 @@ def close_blockers(scene: Scene, points: Floats, half: float) -> list[str]:
     return notes
 
 
+LIFT = 8.94e-5
+"""Mitsuba 3.9 lifts shadow rays by this times 1 + max|p|."""
+LIFTED = 5e-4
+"""Share of a scene's half extent by which they may be lifted."""
+
+
+def far_lifted(scene: Scene, half: float) -> list[str]:
+    """A sentence if a scene that is not scaled is too small, or too far from the origin, for Mitsuba's shadow rays."""
+    geometry = build_geometry(scene)
+    farthest = max((float(np.abs(v).max(initial=0.0)) for v in (geometry.a, geometry.center)), default=0.0)
+    lift = LIFT * (1 + farthest)
+    if lift <= LIFTED * half:
+        return []
+    return [
+        f"the scene is {2 * half:.3g} units large, and Mitsuba up to 3.9 lifts the start of shadow rays by {lift:.2g}: "
+        "scale it, or move it to the origin"
+    ]
+
+
 def clearance(light: Light, geometry: Geometry, triangles: Ints) -> tuple[Floats, Floats]:
     """How far a light is from what its light can meet: infinity where that lies behind it.
 

@@ -21,6 +21,8 @@ from nusselt.renderer.validation import Vec3
 from nusselt.renderer.vectors import Floats, column
 from nusselt.renderer.visibility.segments import box_corners
 
+from .origin import own_file
+
 SIZE = 50.0
 """Half extent of the scene as Mitsuba sees it; its valid range is about 10 to 1000."""
 WIDE = 8.0
@@ -73,9 +75,13 @@ class Placement:
 
 
 def place(scene: Scene, normalise: bool = True) -> Placement:
-    """Where a scene goes; found once. Without ``normalise`` it stays where and as large as it is."""
+    """Where a scene goes; found once.
+
+    Without ``normalise`` it stays where and as large as it is, as one that Mitsuba reads from its own file does.
+    """
     found = _place(scene.with_(name="", output="", integrator="direct", light_samples=1, stratify=False))
-    return found if normalise else Placement((0.0, 0.0, 0.0), SIZE, found.half)
+    stays = not normalise or own_file(scene) is not None
+    return Placement((0.0, 0.0, 0.0), SIZE, found.half) if stays else found
 
 
 @lru_cache(maxsize=4)

@@ -20,6 +20,7 @@ from nusselt.renderer.vectors import Bools, Floats
 
 from .description import describe
 from .llvm import Backend, backend
+from .origin import own_file
 from .process import ReferenceUnavailable, run_child
 from .ties import tied
 
@@ -207,8 +208,9 @@ def render_reference(
     started = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="nusselt-") as name:
         folder = Path(name)
-        description = describe(scene, folder, normalise=normalise)
-        job = {
+        own = own_file(scene)
+        description = describe(scene, folder, normalise=normalise and own is None)
+        job: dict[str, Any] = {
             "task": "reference",
             "description": description.as_json(),
             "seed": seed,
@@ -217,6 +219,8 @@ def render_reference(
             "max_samples": max_samples,
             "seconds": TIME * timeout,
         }
+        if own is not None:
+            job["own"] = own
         arrays, told = ask(job, folder, running, timeout, progress)
     _check(arrays, scene)
     tie, said = tied(scene)
@@ -232,7 +236,14 @@ def render_reference(
         version=str(told["version"]),
         variant=str(told["variant"]),
         llvm=None if told.get("llvm") is None else str(told["llvm"]),
-        notes=(running.sentence, *limits, *description.notes, *_said_of(slipped, tie), *_hurried(arrays, timeout)),
+        notes=(
+            running.sentence,
+            *_own_said(own),
+            *limits,
+            *description.notes,
+            *_said_of(slipped, tie),
+            *_hurried(arrays, timeout),
+        ),
         limits=tuple(limits),
         seconds={**told["seconds"], "whole": time.perf_counter() - started},
         light_samples=tuple(int(count) for count in arrays["light_samples"]),

@@ -51,6 +51,24 @@ class Camera:
             raise InputError("camera up", self.up, "a direction not parallel to the view")
 
 
+@dataclass(frozen=True)
+class Origin:
+    """Where a scene comes from that is another program's, which can read it itself.
+
+    Parameters
+    ----------
+    file : str
+    lights : tuple of int
+        That program's numbers of our lights.
+    content : str
+        What the scene was when it was read: one that was changed since is that file's no more.
+    """
+
+    file: str
+    lights: tuple[int, ...]
+    content: str
+
+
 INTEGRATORS = ("analyticdirect", "direct")
 
 
@@ -86,6 +104,8 @@ class Scene:
     lines : tuple of tuple of int
         Of the file: where each mesh begins, each ellipsoid stands, each light. Empty where there is no file; not part
         of the scene's identity.
+    origin : Origin, optional
+        The file of another program that it was read from. Not part of the scene's identity.
     """
 
     width: int
@@ -104,6 +124,7 @@ class Scene:
     output: str = "raytrace.png"
     warnings: tuple[str, ...] = field(default=(), compare=False)
     lines: tuple[tuple[int, ...], ...] = field(default=(), compare=False, repr=False)
+    origin: Origin | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         for name in ("width", "height"):
@@ -141,7 +162,7 @@ class Scene:
         """SHA-256 of everything that can change a pixel, as hex; names and warnings left out."""
         told = hashlib.sha256()
         for entry in fields(self):
-            if entry.name in ("name", "output", "warnings", "lines", "meshes", "sensors"):
+            if entry.name in ("name", "output", "warnings", "lines", "meshes", "sensors", "origin"):
                 continue
             told.update(f"{entry.name}={getattr(self, entry.name)!r};".encode())
         for mesh in self.meshes:

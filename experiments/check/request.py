@@ -25,10 +25,13 @@ class Reading:
         Warn of unknown commands instead of refusing the scene.
     two_sided : bool
         Surfaces reflect at their back too.
+    as_diffuse : bool
+        Of Mitsuba files: put diffuse surfaces in the place of others.
     """
 
     lenient: bool = False
     two_sided: bool = False
+    as_diffuse: bool = False
 
     def scene(self, given: SceneLike, rule: PixelRule | None = None) -> Scene:
         """A scene by file name, a classic one by its name, or the scene itself.
@@ -40,7 +43,7 @@ class Reading:
         """
         if not isinstance(given, str | PathLike | Scene):
             raise InputError("scene", given, "a scene file, the name of a classic scene, or a Scene")
-        scene = given if isinstance(given, Scene) else load(str(given), self.lenient)
+        scene = given if isinstance(given, Scene) else load(str(given), self.lenient, self.as_diffuse)
         return with_pixel_rule(scene.with_(two_sided=self.two_sided or scene.two_sided), rule)
 
 
@@ -72,7 +75,18 @@ class Mode:
 
 _ALL = frozenset(
     (
-        *("scenes", "estimator", "samples", "stratified", "seed", "lenient", "two_sided", "pixel_rule", "margin"),
+        *(
+            "scenes",
+            "estimator",
+            "samples",
+            "stratified",
+            "seed",
+            "lenient",
+            "two_sided",
+            "as_diffuse",
+            "pixel_rule",
+            "margin",
+        ),
         *("alpha", "timeout", "cluster", "out", "target", "csv", "junit", "summary"),
     )
 )

@@ -51,6 +51,7 @@ def check(
     timeout: float = 600.0,
     lenient: bool = False,
     two_sided: bool = False,
+    as_diffuse: bool = False,
     reference: str | PathLike[str] | None = None,
     cache: str | PathLike[str] | None = None,
     transfer: str = "linear",
@@ -77,7 +78,7 @@ def check(
         As in `nusselt.experiments.check.question.Question`.
     alpha : float
         False-alarm rate of all rows together.
-    lenient, two_sided : bool
+    lenient, two_sided, as_diffuse : bool
         How a scene is read.
     reference, cache : path, optional
         A kept reference; a folder to keep references in, by content.
@@ -108,7 +109,7 @@ def check(
         tolerance=tolerance,
     )
     external = External(transfer, quantisation, renderer, image_type, runs, steps, run_timeout, noise)
-    reading = Reading(lenient, two_sided)
+    reading = Reading(lenient, two_sided, as_diffuse)
     rows = [
         _Row(given, reading.scene(given, pixel_rule), replace(question, estimator=kind), {**said, "estimator": kind})
         for given in scenes

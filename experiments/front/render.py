@@ -79,7 +79,7 @@ class Picture:
 
 
 @known_arguments
-def read_scene(scene: SceneLike, *, lenient: bool = False, two_sided: bool = False) -> Scene:
+def read_scene(scene: SceneLike, *, lenient: bool = False, two_sided: bool = False, as_diffuse: bool = False) -> Scene:
     """A scene from its file, or a classic one by its name.
 
     Raises
@@ -87,7 +87,7 @@ def read_scene(scene: SceneLike, *, lenient: bool = False, two_sided: bool = Fal
     InputError
         If there is no such file, or its content is not a scene.
     """
-    return Reading(lenient, two_sided).scene(scene)
+    return Reading(lenient, two_sided, as_diffuse).scene(scene)
 
 
 @known_arguments
@@ -104,6 +104,7 @@ def render(
     error: float | None = None,
     lenient: bool = False,
     two_sided: bool = False,
+    as_diffuse: bool = False,
 ) -> Picture:
     """Our image of a scene, as `nusselt render` makes it.
 
@@ -112,7 +113,7 @@ def render(
     scene : str, path or Scene
     estimator, samples, stratified, seed, shadow_origin, pixel_rule, tolerance, error
         As in `nusselt.experiments.check.draw.Drawing`.
-    lenient, two_sided : bool
+    lenient, two_sided, as_diffuse : bool
         How the scene is read.
 
     Raises
@@ -121,6 +122,6 @@ def render(
         As the command line has it.
     """
     drawing = Drawing(estimator, samples, stratified, seed, shadow_origin, pixel_rule, tolerance, error)
-    read = Reading(lenient, two_sided).scene(scene, pixel_rule)
+    read = Reading(lenient, two_sided, as_diffuse).scene(scene, pixel_rule)
     with worker_pool(None, PATIENCE) as pool:
         return Picture(draw(read, drawing, pool), read, drawing)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from nusselt.experiments.images.kinds import kind_of
+from nusselt.mitsuba_bridge.own import read_mitsuba
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.scene_text import read_scene
@@ -74,8 +75,8 @@ def file_of(name: str) -> Path | None:
     return path if path.is_file() else None
 
 
-def load(name: str, lenient: bool = False) -> Scene:
-    """A scene by file name, or a classic or generated one by its name.
+def load(name: str, lenient: bool = False, as_diffuse: bool = False) -> Scene:
+    """A scene by file name (our text, or Mitsuba's XML), or a classic or generated one by its name.
 
     Raises
     ------
@@ -89,6 +90,8 @@ def load(name: str, lenient: bool = False) -> Scene:
         path = FOLDER / f"{name}.test"
     elif not path.exists():
         raise InputError("scene", name, "a scene file, or one of " + ", ".join((*CLASSIC, *GENERATED)))
+    if path.suffix.lower() == ".xml":
+        return read_mitsuba(path, as_diffuse=as_diffuse)
     if kind := kind_of(path):
         raise InputError("scene", f"a {kind.lstrip('.')} image", "a scene file, which is text", name)
     return read_scene(path, lenient=lenient).with_(name=path.stem)

@@ -16,6 +16,7 @@ import mitsuba as mi
 import numpy as np
 
 from . import passes, scalar_passes
+from .own_scene import own_scene
 from .passes import Array
 from .sample_plan import PILOT, SIZES, OnePass, Pilot, Plan, pilot, plan, unseen
 from .scene_dict import scene_dict
@@ -35,8 +36,9 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
     deadline = time.monotonic() + job["seconds"]
     description, seed = job["description"], job["seed"]
     width, height = description["camera"]["width"], description["camera"]["height"]
+    switches = _Switches(job, folder)
     # Unoptimised: loading merges meshes of one material, and their names with them.
-    dark = mi.load_dict(scene_dict(description, folder, ()), optimize=False)
+    dark = switches.scene if switches.own else mi.load_dict(scene_dict(description, folder, ()), optimize=False)
     camera = tracing.Camera(dark, width, height, description["boxed"])
     every = np.arange(width * height)
     rays = tracing.BOX_SAMPLES if description["boxed"] else 1
@@ -46,7 +48,6 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
     shaded = np.flatnonzero((emitter < 1) & (background < 1))
     lights = np.flatnonzero(emitter == 1)  # without noise: one sample each
     groups = _groups(description["lights"], description["boxed"])
-    switches = _Switches(description, folder)
     sources: list[Any] = [_Lit(switches, camera, n, group, shaded, seed) for n, group in enumerate(groups)]
     mean, variance = np.zeros((3, width * height)), np.zeros((3, width * height))
     pixel_variance = np.zeros(width * height)
@@ -151,20 +152,29 @@ class _Switches:
     The same bits as a scene with these lights alone, and no scene, nor kernel (0.4 to 1.4 s), for each.
     """
 
-    def __init__(self, description: dict[str, Any], folder: Path) -> None:
-        self.description = description
+    def __init__(self, job: dict[str, Any], folder: Path) -> None:
+        description, own = job["description"], job.get("own")
+        self.description, self.own = description, own is not None
         self.all = self.lit = tuple(range(len(description["lights"])))
-        self.scene = mi.load_dict(scene_dict(description, folder, self.all))
+        if own is not None:
+            self.scene = own_scene(own, (description["camera"]["width"], description["camera"]["height"]))
+        else:
+            self.scene = mi.load_dict(scene_dict(description, folder, self.all))
         self.values = mi.traverse(self.scene) if len(self.all) > 1 else {}
+        names = [f"{self._body(k)}.radiance.value" for k in self.all]
+        self.radiance = {name: type(self.values[name])(self.values[name]) for name in names if name in self.values}
+
+    def _body(self, number: int) -> str:
+        return f"light{number}.emitter" if "to_world" in self.description["lights"][number] else f"light{number}"
 
     def lighting(self, lit: tuple[int, ...]) -> Any:
         """The scene with these lights on."""
         for number in set(self.lit) ^ set(lit):
-            light, on = self.description["lights"][number], number in lit
-            body = f"light{number}.emitter" if "to_world" in light else f"light{number}"
+            body, on = self._body(number), number in lit
             self.values[f"{body}.sampling_weight"] = float(on)
-            if "to_world" in light:
-                self.values[f"{body}.radiance.value"] = mi.Color3f(light["radiance"] if on else [0.0, 0.0, 0.0])
+            radiance = self.radiance.get(f"{body}.radiance.value")
+            if radiance is not None:
+                self.values[f"{body}.radiance.value"] = radiance if on else type(radiance)(0.0)
         if self.lit != lit:
             self.values.update()
             self.lit = lit

@@ -15,6 +15,7 @@ from nusselt.mitsuba_bridge.lobes import SURFACES
 
 from . import phong
 from .images import images
+from .own_scene import parse_own
 from .passes import Array
 from .patch_irradiance import patches
 from .race import race
@@ -134,5 +135,6 @@ TASKS: dict[str, Task] = {
     "patches": patches,
     "spread": spread,
     "sensors": sensors,
+    "parse_own": parse_own,
     "epsilons": epsilons,
 }

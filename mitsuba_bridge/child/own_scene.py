@@ -1,0 +1,144 @@
+"""Somebody's Mitsuba file: what it says, node by node, and the scene that it is; runs in the child only.
+
+Mitsuba itself parses it: includes, defaults, references, old versions. Nothing is optimised: since 3.7 loading merges
+meshes that share a material, and their names with them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+MESHES = ("obj", "ply", "serialized")
+"""Shapes whose triangles are read by Mitsuba."""
+
+
+def _parsed(file: str) -> tuple[Any, Any]:
+    """A file's configuration and state, its references resolved."""
+    config = mi.parser.ParserConfig(mi.variant())
+    config.merge_meshes = config.merge_equivalent = False
+    state = mi.parser.parse_file(config, file)
+    mi.parser.transform_upgrade(config, state)
+    mi.parser.transform_resolve_references(config, state)
+    return config, state
+
+
+def _value(props: Any, name: str) -> Any:
+    """A property as JSON: [kind, value]."""
+    kind = str(props.type(name)).rpartition(".")[2]
+    value = props[name]
+    if kind == "ResolvedReference":
+        return [kind, int(str(value).partition("[")[2].rstrip("]"))]
+    if kind == "Transform":
+        return [kind, np.array(value.matrix, dtype=np.float64).tolist()]
+    if kind in ("Vector", "Color"):
+        return [kind, np.array(value, dtype=np.float64).ravel().tolist()]
+    if kind == "Spectrum":
+        words = str(value)
+        uniform = words.partition("uniform=")[2].partition("]")[0]
+        return [kind, float(uniform) if uniform else None]
+    return [kind, value if isinstance(value, bool | int | float | str) else str(value)]
+
+
+def _place(state: Any, node: Any) -> str:
+    """FILE:LINE, as far as Mitsuba knows."""
+    words = str(mi.parser.file_location(state, node))
+    file, _, rest = words.partition(" (line ")
+    return f"{file}:{rest.partition(',')[0]}" if rest else words
+
+
+def parse_own(job: dict[str, Any], folder: Path, progress: Callable[[int, int], None]) -> dict[str, Array]:
+    """``told``: of each file its nodes, or why there are none, as JSON in bytes; and the meshes of its nodes.
+
+    ``vertices{f}-{k}`` (3, n) and ``faces{f}-{k}`` (3, m) are those of node k of file f.
+    """
+    told: list[dict[str, Any]] = []
+    arrays: dict[str, Array] = {}
+    for number, file in enumerate(job["files"]):
+        try:
+            nodes, meshes = _nodes(file)
+        except (RuntimeError, ValueError, TypeError) as error:
+            told.append({"error": str(error)})
+            continue
+        told.append({"nodes": nodes})
+        for index, (vertices, faces) in meshes.items():
+            arrays[f"vertices{number}-{index}"], arrays[f"faces{number}-{index}"] = vertices, faces
+    return {"told": np.frombuffer(json.dumps(told).encode(), dtype=np.uint8), **arrays}
+
+
+def _nodes(file: str) -> tuple[list[dict[str, Any]], dict[int, tuple[Array, Array]]]:
+    """What a file says, node by node, and the triangles of its meshes by the numbers of their nodes."""
+    _, state = _parsed(file)
+    nodes, meshes = [], {}
+    for index, node in enumerate(state.nodes):
+        props = node.props
+        nodes.append(
+            {
+                "type": str(node.type).rpartition(".")[2],
+                "plugin": props.plugin_name(),
+                "id": props.id(),
+                "place": _place(state, node),
+                "properties": {name: _value(props, name) for name in _names(props)},
+            }
+        )
+        if props.plugin_name() in MESHES:
+            meshes[index] = _mesh(props)
+    return nodes, meshes
+
+
+def _names(props: Any) -> list[str]:
+    return [str(name) for name in props.property_names()]
+
+
+def _mesh(props: Any) -> tuple[Array, Array]:
+    """Vertices in the world (3, n) and faces (3, m) of one shape, its surface and emitter left out."""
+    words: dict[str, Any] = {"type": props.plugin_name()}
+    for name in _names(props):
+        if not str(props.type(name)).endswith("Reference") and name != "flip_normals":
+            words[name] = props[name] if name != "to_world" else mi.ScalarTransform4f(props[name].matrix)
+    params = mi.traverse(mi.load_dict(words))
+    vertices = np.array(params["vertex_positions"], dtype=np.float64).reshape(-1, 3).T
+    faces = np.array(params["faces"], dtype=np.float64).reshape(-1, 3).T
+    return vertices, faces
+
+
+def _black(state: Any) -> int:
+    """The number of a new node, a surface that reflects nothing."""
+    node = mi.parser.SceneNode()
+    node.type = mi.ObjectType.BSDF
+    node.props = mi.Properties("diffuse")
+    node.props.set_id("black")
+    node.props["reflectance"] = mi.ScalarColor3f(0.0)
+    state.nodes.append(node)
+    return len(state.nodes) - 1
+
+
+def own_scene(own: dict[str, Any], size: tuple[int, int]) -> Any:
+    """The scene of a file, its lights named ``light{k}`` in the order of ``own["lights"]`` (numbers of nodes).
+
+    Emitting shapes are made black, as reflectors, and the film has the size that is asked for.
+    """
+    config, state = _parsed(own["file"])
+    config.unused_properties = config.unused_parameters = mi.LogLevel.Debug
+    nodes = state.nodes
+    black = _black(state)
+    for number, index in enumerate(own["lights"]):
+        node = nodes[index]
+        node.props.set_id(f"light{number}")
+        for name in _names(node.props) if str(node.type).endswith("Shape") else ():
+            kind, value = _value(node.props, name)
+            if kind == "ResolvedReference" and str(nodes[value].type).endswith("BSDF"):
+                node.props[name] = mi.Properties.ResolvedReference(black)
+        nodes[index] = node
+    for index, node in enumerate(nodes):
+        if str(node.type).endswith("Film"):
+            node.props["width"], node.props["height"] = size
+            nodes[index] = node
+    return mi.parser.instantiate(config, state)

@@ -1,0 +1,68 @@
+"""Mitsuba's perspective sensor as our camera."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from nusselt.renderer.scene import Camera
+from nusselt.renderer.validation import Vec3
+from nusselt.renderer.vectors import Floats
+
+from .nodes import Node
+
+SIZE = (768, 576)
+"""Of a film that says none."""
+IGNORED = ("near_clip", "far_clip", "shutter_open", "shutter_close", "focus_distance")
+
+
+def camera_of(sensor: Node) -> tuple[Camera, int, int]:
+    """A camera, and the width and height of its film."""
+    if sensor.plugin != "perspective":
+        raise sensor.refused(sensor.plugin, "perspective")
+    sensor.only("fov", "fov_axis", "focal_length", "to_world", *IGNORED)
+    width, height = _film(next(sensor.of_kind("Film"), None), sensor)
+    matrix = sensor.matrix()
+    if np.linalg.det(matrix[:3, :3]) <= 0:
+        raise sensor.refused("a mirrored to_world", "one that turns, moves or scales: lookat does")
+    axes = matrix[:3, :3] / np.sqrt((matrix[:3, :3] ** 2).sum(axis=0))
+    if np.abs(axes.T @ axes - np.eye(3)).max() > 1e-6:
+        raise sensor.refused("a sheared to_world", "one that turns, moves or scales: lookat does")
+    origin, look, up = matrix[:3, 3], axes[:, 2], axes[:, 1]
+    camera = Camera(_triple(origin), _triple(origin + look), _triple(up), _fov_y(sensor, width, height))
+    return camera, width, height
+
+
+def _triple(values: Floats) -> Vec3:
+    x, y, z = values.tolist()
+    return x, y, z
+
+
+def _film(film: Node | None, sensor: Node) -> tuple[int, int]:
+    if film is None:
+        return SIZE
+    width, height = (int(film.number(name, size)) for name, size in zip(("width", "height"), SIZE, strict=True))
+    cropped = film.number("crop_offset_x", 0), film.number("crop_offset_y", 0)
+    cropped += film.number("crop_width", width), film.number("crop_height", height)
+    if cropped != (0, 0, width, height):
+        raise film.refused("a crop", "the whole film")
+    return width, height
+
+
+def _fov_y(sensor: Node, width: int, height: int) -> float:
+    """Vertical field of view in degrees; Mitsuba's is along x unless said otherwise."""
+    if "focal_length" in sensor.properties or "fov" not in sensor.properties:
+        words = sensor.word("focal_length", "50mm")
+        try:
+            length = float(words.removesuffix("mm"))
+        except ValueError:
+            raise sensor.refused(f"focal_length {words!r}", "a length in mm, such as 50mm") from None
+        fov, axis = 2 * math.degrees(math.atan(math.hypot(36, 24) / 2 / length)), "diagonal"
+    else:
+        fov, axis = sensor.number("fov"), sensor.word("fov_axis", "x")
+    sides = {"x": width, "y": height, "diagonal": math.hypot(width, height)}
+    sides |= {"smaller": min(width, height), "larger": max(width, height)}
+    if axis not in sides:
+        raise sensor.refused(f"fov_axis {axis!r}", ", ".join(sides))
+    return 2 * math.degrees(math.atan(math.tan(math.radians(fov) / 2) * height / sides[axis]))

@@ -1,0 +1,134 @@
+"""A Mitsuba file as a scene of ours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from nusselt.mitsuba_bridge.origin import content
+from nusselt.renderer.camera.rays import pixel_centres
+from nusselt.renderer.camera.view import look
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.geometry.arrays import build_geometry
+from nusselt.renderer.lights import Light
+from nusselt.renderer.scene import Origin, Scene
+from nusselt.renderer.surfaces import Ellipsoid, Mesh
+from nusselt.renderer.vectors import Floats
+
+from .camera import camera_of
+from .emitters import area_light, light_of
+from .nodes import Node, read_nodes
+from .shapes import shape_of
+from .surfaces import OwnSurface, surface_of
+
+HELD = ("Integrator", "Sensor", "Shape", "Emitter", "BSDF", "Texture", "Sampler", "Film")
+DIRECT = 2
+"""max_depth of a path that ends at the first surface."""
+
+
+def read_mitsuba(path: Path, *, as_diffuse: bool = False) -> Scene:
+    """Read a Mitsuba scene file, in any version that the installed Mitsuba reads.
+
+    Parameters
+    ----------
+    path : Path
+    as_diffuse : bool
+        Put diffuse surfaces in the place of those that are none, with a warning each.
+
+    Returns
+    -------
+    Scene
+        With its `Origin`: Mitsuba's own reading of the file is then the reference.
+
+    Raises
+    ------
+    InputError
+        If Mitsuba cannot load it, or for what is no direct lighting of our kinds, by name and line.
+    """
+    (root,) = read_nodes(path)
+    if isinstance(root, InputError):
+        raise root
+    return scene_of(root, path, as_diffuse)
+
+
+def scene_of(root: Node, path: Path, as_diffuse: bool) -> Scene:
+    """The scene of a file's nodes."""
+    sensors = list(root.of_kind("Sensor"))
+    if not sensors:
+        raise root.refused("no sensor", "one perspective sensor")
+    camera, width, height = camera_of(sensors[0])
+    notes = [f"{sensor.place}: {sensor.title} is left out: the first sensor is used" for sensor in sensors[1:]]
+    for _, child in root.children:
+        if child.kind not in HELD:
+            raise child.refused(child.kind.lower(), "surfaces, lights and a camera in empty space")
+    notes += _integrator(root)
+    lights: list[tuple[Node, Light]] = [(node, light_of(node)) for node in root.of_kind("Emitter")]
+    bodies: list[tuple[Mesh | Ellipsoid, OwnSurface]] = []
+    for shape, matrix in _placed(root):
+        surface = surface_of(shape, as_diffuse)
+        notes += surface.notes
+        emitters = list(shape.of_kind("Emitter"))
+        if emitters:
+            lights.append((shape, area_light(shape, emitters[0], matrix @ shape.matrix())))
+            if max(surface.material.diffuse) > 0:
+                notes.append(f"{shape.place}: {shape.title} emits; what it reflects is left out")
+        else:
+            bodies.append((shape_of(shape, matrix, surface.material), surface))
+    lights.sort(key=lambda entry: entry[0].index)
+    scene = Scene(
+        width=width,
+        height=height,
+        camera=camera,
+        meshes=tuple(body for body, _ in bodies if isinstance(body, Mesh)),
+        ellipsoids=tuple(body for body, _ in bodies if isinstance(body, Ellipsoid)),
+        lights=tuple(light for _, light in lights),
+        light_samples=16,
+        stratify=True,
+        name=path.stem,
+        warnings=tuple(dict.fromkeys(notes)),
+    )
+    scene = scene.with_(two_sided=_two_sided(scene, bodies, path))
+    return scene.with_(origin=Origin(str(path.resolve()), tuple(node.index for node, _ in lights), content(scene)))
+
+
+def _integrator(root: Node) -> Iterator[str]:
+    for node in root.of_kind("Integrator"):
+        depth = node.properties.get("max_depth", ("", -1))[1]
+        if node.plugin not in ("direct", "path") or (node.plugin == "path" and depth != DIRECT):
+            yield f"{node.place}: {node.title}: direct light alone is judged"
+
+
+def _placed(root: Node) -> Iterator[tuple[Node, Floats]]:
+    """Every shape with the transform of the instance that it stands in."""
+    for shape in root.of_kind("Shape"):
+        if shape.plugin == "shapegroup":
+            continue
+        if shape.plugin != "instance":
+            yield shape, np.eye(4)
+            continue
+        shape.only("to_world")
+        for group in shape.of_kind("Shape"):
+            for member in group.of_kind("Shape"):
+                if any(True for _ in member.of_kind("Emitter")):
+                    raise member.refused("an emitter in an instance", "a light that stands alone")
+                yield member, shape.matrix()
+
+
+def _two_sided(scene: Scene, bodies: list[tuple[Mesh | Ellipsoid, OwnSurface]], path: Path) -> bool:
+    """Whether surfaces reflect at their back. Ours do all or none: what counts is the backs that are seen."""
+    kinds = [surface.two_sided for _, surface in bodies]
+    if len(set(kinds)) < 2:
+        return any(kinds)
+    order = [s.two_sided for b, s in bodies if isinstance(b, Mesh)] + [
+        s.two_sided for b, s in bodies if isinstance(b, Ellipsoid)
+    ]
+    geometry = build_geometry(scene)
+    x, y = pixel_centres(range(scene.width), range(scene.height))
+    view = look(scene, geometry, x, y)
+    seen = {order[k] for k in view.hits.surface[view.back].tolist()}
+    if seen == {True, False}:
+        accepted = "surfaces that reflect at their back all, or none, where that is seen"
+        raise InputError("twosided", "seen from behind, beside a surface that is not", accepted, str(path))
+    return seen != {False}

@@ -1,0 +1,71 @@
+"""Mitsuba's shapes as our meshes and ellipsoids."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
+from nusselt.renderer.vectors import Floats, Ints
+
+from .nodes import Node
+
+FILES = ("obj", "ply", "serialized")
+IGNORED = ("silhouette_sampling_weight",)
+
+
+def shape_of(shape: Node, matrix: Floats, material: Material) -> Mesh | Ellipsoid:
+    """A shape that is no light, placed by a matrix (4, 4) after its own."""
+    if shape.plugin == "sphere":
+        shape.only("center", "radius", "to_world", "flip_normals", *IGNORED)
+        _not_flipped(shape)
+        return _sphere(shape, matrix @ shape.matrix(), material)
+    if shape.plugin in FILES:
+        shape.only(
+            *("filename", "to_world", "face_normals", "flip_normals", "flip_tex_coords", "shape_index"), *IGNORED
+        )
+        return _mesh(*_own_mesh(shape), matrix, shape, material)
+    if shape.plugin in ("rectangle", "cube"):
+        shape.only("to_world", "flip_normals", *IGNORED)
+        vertices, faces = RECTANGLE if shape.plugin == "rectangle" else CUBE
+        return _mesh(vertices, faces, matrix @ shape.matrix(), shape, material)
+    raise shape.refused(shape.plugin, ", ".join(("rectangle", "cube", "sphere", "instance", *FILES)))
+
+
+def _own_mesh(shape: Node) -> tuple[Floats, Ints]:
+    """What Mitsuba has loaded; its shading normals would bend light, and ours are flat."""
+    if shape.mesh is None:
+        raise shape.refused("no triangles", "a mesh that Mitsuba loads")
+    return shape.mesh
+
+
+def _not_flipped(shape: Node) -> None:
+    if shape.flag("flip_normals"):
+        raise shape.refused("flip_normals", "a surface that faces outwards")
+
+
+def _sphere(shape: Node, matrix: Floats, material: Material) -> Ellipsoid:
+    centre = matrix @ np.append(shape.point("center", (0.0, 0.0, 0.0)), 1.0)
+    axes = matrix[:3, :3] * shape.number("radius", 1.0)
+    x, y, z = centre[:3].tolist()
+    a, b, c = (tuple(row) for row in axes.tolist())
+    found = Ellipsoid((x, y, z), (a, b, c), material)
+    radius = found.radius
+    return Ellipsoid.sphere((x, y, z), radius, material) if radius is not None else found
+
+
+def _mesh(vertices: Floats, faces: Ints, matrix: Floats, shape: Node, material: Material) -> Mesh:
+    """A mesh moved; one that is mirrored keeps its outside outside, as Mitsuba's normals do."""
+    placed = matrix[:3, :3] @ vertices + matrix[:3, 3:]
+    mirrored = np.linalg.det(matrix[:3, :3]) < 0
+    return Mesh(placed, faces[::-1] if mirrored != shape.flag("flip_normals") else faces, material)
+
+
+RECTANGLE = (
+    np.array([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0)]).T,
+    np.array([(0, 1, 2), (0, 2, 3)]).T,
+)
+_CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3))).T
+_FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+CUBE = (_CORNERS, np.array([t for a, b, c, d in _FACES for t in ((a, b, c), (a, c, d))]).T)
