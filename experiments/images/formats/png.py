@@ -75,7 +75,7 @@ def _wide(high: NDArray[np.uint16], path: Path, kind: str) -> NDArray[np.uint16]
     with PIL.Image.open(path, formats=["PNG"]) as image:
         image.tile = [entry._replace(args=WIDE[kind]) for entry in image.tile]
         told = np.asarray(image, dtype=np.uint16)
-    return told[..., ::2] << 8 | told[..., 1::2] if kind == "LA;16B" else high << 8 | told
+    return np.asarray(told[..., ::2] << 8 | told[..., 1::2] if kind == "LA;16B" else high << 8 | told, dtype=np.uint16)
 
 
 def _chunks(path: Path) -> Iterator[tuple[bytes, bytes]]:
