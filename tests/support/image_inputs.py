@@ -56,8 +56,14 @@ def _exr_files() -> list[bytes]:
     half, rgb = r[: H // 2, : W // 2], {"R": r, "G": g, "B": b}
     shown = (np.zeros(2, dtype=np.int32), np.array((W - 1, H - 1), dtype=np.int32))
     beside = [np.array(corner, dtype=np.int32) for corner in ((W, H), (2 * W - 1, 2 * H - 1))]
+    right = [np.array(corner, dtype=np.int32) for corner in ((W, 0), (2 * W - 1, H - 1))]
+    layer = {f"a.{name}": plane for name, plane in rgb.items()}
     return [
         *found,
+        _exr(("a", layer), ("b", {"Z": r})),
+        _exr(("one", layer), ("two", {"b.Z": r, "c.Z": r})),
+        _exr(("", rgb | {f"{k:040}.Z": r for k in range(9)})),
+        _exr(("", rgb), dataWindow=tuple(right), displayWindow=shown),
         _exr(("", {"a.R": r, "a.G": g, "a.B": b, "a.A": r, "z.Z": g})),
         _exr(("", {"r": r, "g": g, "b": b}), chromaticities=(0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.322, 0.338)),
         _exr(("one", {"R": r, "G": g, "B": b}), ("two", {"Z": r}), colorInteropID="lin_ap1_scene"),
@@ -147,6 +153,8 @@ def _refused_exr() -> list[bytes]:
         _exr(("", {"Y": r, "RY": g, "BY": b}), chromaticities=(0.64, 0.33, 0.4, 0.0, 0.15, 0.06, 0.3, 0.3)),
         _exr(("", {name: plane.astype(np.uint32) for name, plane in rgb.items()})),
         _exr(("", {f"{layer}.{name}": plane for layer in "ab" for name, plane in rgb.items()})),
+        _exr(("one", rgb), ("two", rgb)),
+        _exr(("one", {f"a.{name}": plane for name, plane in rgb.items()}), ("two", rgb)),
         _exr(("", {f"{k}.R": r for k in range(130)})),
         _exr(("", rgb), chromaticities=(0.3,) * 8),
         large[:at] + small + large[at + 16 :],
