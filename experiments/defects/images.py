@@ -27,7 +27,7 @@ COLOURS = ("first", "mean", "variance", "level_mean", "level_variance")
 
 
 def _each(image: Image, names: tuple[str, ...], change: Any) -> Image:
-    return dataclasses.replace(image, light_means=None, **{name: change(getattr(image, name)) for name in names})
+    return dataclasses.replace(image, **{name: change(getattr(image, name)) for name in names})
 
 
 def half_pixel(scene: Scene, estimator: Any, **options: Any) -> Image:

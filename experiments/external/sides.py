@@ -120,7 +120,6 @@ def two_sides(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Referen
             [np.nan_to_num(one.mean(axis=0)[judged]).mean() if judged.any() else 0.0 for one in decoded]
         ),
         left_out=(),
-        light_means=None,
         emitter=emitter,
         unjudged=seen.unjudged | masked,
     )

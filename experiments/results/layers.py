@@ -59,7 +59,7 @@ def all_layers(image: Image, scene: Scene) -> tuple[Layers, tuple[str, ...]]:
     found = image_layers(image) | scene_layers(scene) | visible
     lights = len(scene.lights)
     if image.light_means is None:
-        why = f"the scene has {count(lights, 'light')}" if lights < 2 or lights > LIGHTS else "they were summed as one"
+        why = f"the scene has {count(lights, 'light')}" if lights < 2 or lights > LIGHTS else "their shares were not kept apart"
         left_out = (f"light by light: {why}", *left_out)
     if "standardError" not in found:
         left_out = ("standard error: one pass, or nothing is random", *left_out)

@@ -81,7 +81,7 @@ def test_a_lights_share_is_the_image_without_the_others():
 
 
 def test_shares_of_pooled_images_are_pooled():
-    parts = [render_image(ROOM, Area(samples=1), seed=seed, passes=2 + seed) for seed in (0, 1)]
+    parts = [render_image(ROOM, Area(samples=1), seed=seed, passes=2 + seed, by_light=True) for seed in (0, 1)]
     pooled = combine_images(parts)
     np.testing.assert_allclose(pooled.light_means.sum(axis=0), pooled.mean, rtol=2e-6, atol=1e-6)
 
@@ -203,7 +203,7 @@ def test_the_file_shows_the_image_first_and_is_read_as_it(tmp_path):
 
 def test_a_rows_file_has_all_layers(tmp_path):
     """Its lights' shares are those of its own passes, its noise beside them."""
-    image = render_image(PLATED, Area(samples=4), passes=3)
+    image = render_image(PLATED, Area(samples=4), passes=3, by_light=True)
     assert write_pictures({}, image, None, tmp_path / "row", PLATED)["layers_exr"] == "row.exr"
     found = channels(tmp_path / "row.exr")
     assert {"standardError.R", "visibility1.Y", "visibility2.Y", "depth.Z", "normal.X", "albedo.R"} <= found.keys()
@@ -219,7 +219,7 @@ def test_a_row_without_a_reference_has_its_layers_too(tmp_path):
     assert where["layers_exr"] == "row.exr"
     assert {"R", "depth.Z"} <= channels(tmp_path / "row.exr").keys()
     with OpenEXR.File(str(tmp_path / "row.exr")) as file:
-        assert "light by light: they were summed as one" in file.header()["comments"]
+        assert "light by light: their shares were not kept apart" in file.header()["comments"]
 
 
 def test_the_command_writes_layers_and_refuses_formats_without(tmp_path):
