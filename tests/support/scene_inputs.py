@@ -21,7 +21,7 @@ PLAUSIBLE = {
     "switch": ("on", "off", "mis"),
     "method": ("hemisphere", "cosine", "brdf"),
     "name": ("direct", "analyticdirect", "raytracer", "pathtracer", "phong"),
-    "file": ("m.obj", "a/b.png", "none.ply", "a.png", "flat.obj", "bad.ply"),
+    "file": ("m.obj", "a/b.png", "none.ply", "a.png", "flat.obj", "bad.ply", "..", "a:b"),
     "count": ("1", "4", "9"),
 }
 """Words for arguments of those names; numbers for all others."""
