@@ -30,7 +30,7 @@ from .diagnosis import Diagnosis, Inputs, diagnose
 from .diagnosis.diagnose import Mistake
 from .expected import Renders, Scores, course_scores, described, expected_scores
 from .ground_truth import Truth, ground_truth
-from .shared_noise import NEAR, apart, common_noise, different, whitened
+from .shared_noise import NEAR, amount, apart, common_noise, different, whitened
 from .sides import Sides, stage
 
 SPREAD = 0.2
@@ -69,7 +69,7 @@ def compare(
     if verdict.word == "differs" and may_be_areas(scene, seen, sides):
         verdict = against_areas(verdict, scene, brought, raws, question, references, truth, executor, progress)
     diagnosis = Diagnosis(())
-    if looks_for_mistakes and verdict.word == "differs" and scene.spp == 1:
+    if looks_for_mistakes and verdict.word == "differs":
         diagnosis = _diagnosed(scene, shown, truth, estimator, progress)
     elif looks_for_mistakes and verdict.word == "undecided" and len(raws) > sides.images:
         diagnosis = Diagnosis(_noise_in_common(shown))
@@ -117,7 +117,8 @@ def _diagnosed(
 ) -> Diagnosis:
     """Of images that differ; where no name explains them, what noise they have in common."""
     raws, judged = shown.raws[: shown.sides.images], ~shown.sides.image.unjudged
-    given = Inputs.against(raws, shown.quantiser, truth.reference, judged)
+    noise = shown.noise.deviation**2 if scene.spp > 1 else None
+    given = Inputs.against(raws, shown.quantiser, truth.reference, judged, noise)
     diagnosis = diagnose(scene, given, estimator.samples, estimator.stratified, progress)
     if diagnosis.mistakes or any(place.pixels < SPREAD for place in diagnosis.where):
         return diagnosis
@@ -127,13 +128,14 @@ def _diagnosed(
 def _noise_in_common(shown: Against) -> tuple[Mistake, ...]:
     """Of images, or of places.
 
-    Noise in common makes images differ less from each other than independent ones do; a mistake in common does not.
+    Noise in common makes images differ less from each other than independent ones do; a mistake in common does not. A
+    denoiser does both: what is left of its images is less than their noise, or its own mistake, and more.
     """
     name, image, deviation = "correlated-seeds", shown.sides.image, shown.noise.deviation.mean(axis=0)
     steps = [(shown.quantiser.decode(raw) - shown.sides.reference.mean).mean(axis=0) for raw in shown.raws]
     fields = [whitened(step, deviation, image.shaded) for step in steps]
     common = common_noise(fields)
-    if common and apart(steps, deviation, fields[0] != 0) < ALIKE:
+    if common and ALIKE < amount(fields[0]) < 1 / ALIKE and apart(steps, deviation, fields[0] != 0) < ALIKE:
         return (Mistake(name, common, "images of different seeds have noise in common"),)
     alike = Alike.of(fields[0], CHANCE)
     far = max(map(abs, alike.step)) >= NEAR
@@ -178,7 +180,7 @@ def _warnings(scene: Scene, brought: Brought, shown: Against, estimator: Estimat
     if scene.spp > 1:
         partly = int((~seen.shaded & (seen.emitter < 1) & (seen.background < 1) & ~seen.unjudged).sum())
         found.append(f"pixels are areas: {partly} show part of a light or of the background; no mean holds them")
-        found.append("mistakes are looked for only where a pixel is its centre (spp 1)")
+        found.append("pixels are areas: mistakes of cameras, shadows and light points are not looked for")
     return found
 
 

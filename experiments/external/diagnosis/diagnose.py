@@ -19,7 +19,7 @@ from nusselt.renderer.vectors import Bools
 
 from .case import Case, Fit, Inputs
 from .hints import HINTS
-from .hypotheses import STAGES
+from .hypotheses import OF_AREAS, STAGES
 from .place import Place, places
 from .probe import Probe
 from .shared_points import shared_points
@@ -204,9 +204,10 @@ def diagnose(
     if not case.valid.any():
         return Diagnosis(())
     scored: list[Scored] = []
-    for number, stage in enumerate(STAGES):
+    stages = STAGES if scene.spp == 1 else OF_AREAS
+    for number, stage in enumerate(stages):
         if progress:
-            progress("mistakes", number, len(STAGES))
+            progress("mistakes", number, len(stages))
         with np.errstate(all="ignore"):
             for hypothesis in stage:
                 scored += [Scored(case.fit(guess)) for guess in hypothesis(case) if _finite(guess.prediction)]
@@ -214,7 +215,7 @@ def diagnose(
         if best is not None and best.ends_search:
             break
     mistakes = tuple(one.told() for one in named(scored))
-    share = shared_points(case) if not mistakes else None
+    share = shared_points(case) if not mistakes and scene.spp == 1 else None
     if share is not None:
         mistakes = (
             Mistake("correlated-seeds", share, "the same light points serve every pixel: the noise is one pattern"),

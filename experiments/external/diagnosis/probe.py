@@ -257,6 +257,10 @@ class Probe:
         out[:, sight.lit] += light
         return out
 
+    def arriving_at(self, sight: Sight, samples: int) -> Floats:
+        """Right reflected radiance (3, n) at any points, of so many samples of every light."""
+        return np.asarray(self.lit_by(self._paths(sight, samples, 1)).mean(axis=2))
+
     def grid(self, values: Floats) -> Floats:
         """Values (..., n) by rows and columns of cells."""
         return values.reshape(*values.shape[:-1], *self._cells)
