@@ -23,6 +23,7 @@ from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats
 
 from .against import ALIKE, Against, Brought, judged_against
 from .areas import against_areas, may_be_areas
@@ -39,12 +40,13 @@ SPREAD = 0.2
 
 @dataclass(frozen=True)
 class Comparison:
-    """A row, and what is behind it."""
+    """A row, and what is behind it; ``mistaken`` (3, h, w) is the truth with the mistake in it that was named."""
 
     row: dict[str, Any]
     sides: Sides
     truth: Truth
     verdict: Verdict
+    mistaken: Floats | None = None
 
 
 def compare(
@@ -103,7 +105,7 @@ def compare(
         "reference": _reference_row(truth),
         "seconds": {"pilot": 0.0, "ours": 0.0, "reference": time.perf_counter() - started},
     }
-    return Comparison(row, sides, truth, verdict)
+    return Comparison(row, sides, truth, verdict, diagnosis.predicted)
 
 
 def _noise_word(verdict: Verdict, brought: Brought, shown: Against) -> NoiseWord | None:

@@ -45,41 +45,41 @@ MIXED = (0.1, 0.2)
 """Shares of grey in each channel before a curve that takes colour out of what is bright."""
 NEARLY = 0.5
 """Share of the squares that the curve alone must explain for that to be tried."""
+CHANGED = 0.05
+"""Relative change, of some value that is told, from which it is a curve."""
 SHOWN = (0.1, 0.5, 0.9)
 """Quantiles of the right values at which a curve is told."""
 
 
 def followed(case: Case) -> Iterator[Guess]:
     """Any curve that never falls, of each channel; of channels that are mixed a little first, as AgX's are."""
-    curve = _fitted(case, case.truth)
+    at = np.quantile(case.truth[:, case.shaded if case.shaded.any() else case.valid], SHOWN)
+    curve, there = _fitted(case, case.truth, at)
+    if (np.abs(there - at) <= CHANGED * at).all():
+        return
     yield curve
     if case.distance(curve.prediction) < (1 - NEARLY) * case.distance(case.truth):
         grey = case.truth.mean(axis=0)
-        mixes = [_fitted(case, case.truth + share * (grey - case.truth), 1) for share in MIXED]
+        mixes = [_fitted(case, case.truth + share * (grey - case.truth), at, 1)[0] for share in MIXED]
         yield min(mixes, key=lambda guess: case.distance(guess.prediction))
 
 
-def _fitted(case: Case, values: Floats, more: int = 0) -> Guess:
-    """Straight pieces that rise, by non-negative least squares: columns are each piece's ramp from 0 to 1."""
+def _fitted(case: Case, values: Floats, at: Floats, more: int = 0) -> tuple[Guess, Floats]:
+    """Straight pieces that rise, by non-negative least squares of ramps from 0 to 1; and what they make of ``at``."""
     shares = np.linspace(0, 1, KNOTS)
-    of = [
-        np.quantile(values[:, some], shares[::step]) for some, step in ((case.shaded, 1), (case.plain, 4)) if some.any()
-    ]
-    knots = np.unique(np.concatenate(([0.0], *of)))
-    if knots.size < 4:
-        return Guess("tone-curve", case.truth, "values are as they should be", KNOTS)
-    weight = (
-        np.sqrt(case.weight * (case.observed < case.quantiser.edges[-1]).all(axis=0))
-        if case.quantiser.top
-        else (np.sqrt(case.weight))
-    )
+    kinds = ((case.shaded, shares), (case.plain, shares[::4]))  # lights have few values, far from all others
+    quantiles = [np.quantile(values[:, some], q) for some, q in kinds if some.any()]
+    knots = np.unique(np.concatenate(([0.0, 1e-6 * case.truth.max()], *quantiles)))  # what is black may stay so
+    weight = np.sqrt(case.weight)
+    if case.quantiser.top:  # what is cut off tells of no curve
+        weight = weight * (case.observed < case.quantiser.edges[-1]).all(axis=0)
     q, r = np.linalg.qr((_ramps(values, knots) * weight).reshape(knots.size, -1).T)
     rises, _ = nnls(r, q.T @ (case.observed * weight).ravel())
+    there = np.tensordot(rises, _ramps(at, knots), 1)
+    told = "values follow a curve of the right ones: "
+    told += ", ".join(f"{x:.3g} is {y:.3g}" for x, y in zip(at, there, strict=True))
     curve = np.tensordot(rises, _ramps(values, knots), 1)
-    at = np.quantile(values[:, case.shaded if case.shaded.any() else case.valid], SHOWN)
-    pairs = zip(at, np.tensordot(rises, _ramps(at, knots), 1), strict=True)
-    told = "values follow a curve of the right ones: " + ", ".join(f"{x:.3g} is {y:.3g}" for x, y in pairs)
-    return Guess("tone-curve", curve, told + (", and lose colour" if more else ""), knots.size + more)
+    return Guess("tone-curve", curve, told + (", and lose colour" if more else ""), knots.size + more), there
 
 
 def _ramps(values: Floats, knots: Floats) -> Floats:

@@ -19,7 +19,7 @@ from nusselt.experiments.images.transfer import Quantiser, Transfer
 from nusselt.experiments.independent.mistakes import KINDS, MISTAKES
 from nusselt.experiments.independent.mistakes.told import names_of, places_of
 from nusselt.experiments.independent.steps import RIGHT
-from nusselt.experiments.studies.brought_images import scene_named, truth_of
+from nusselt.experiments.studies.brought_images import scene_named, text_of, truth_of
 from nusselt.experiments.studies.planted_images import SAMPLES, images_of, rule_of
 from nusselt.experiments.studies.planted_mistakes import COURSE, inputs, tell
 from nusselt.renderer.estimators import Area
@@ -184,3 +184,17 @@ def test_every_name_has_a_hint_and_every_hint_a_name():
         with np.errstate(all="ignore"):
             names |= {guess.name for stage in STAGES for hypothesis in stage for guess in hypothesis(case)}
     assert names == set(HINTS)
+
+
+def test_disks_are_told_as_suns_are():
+    text = text_of("sun")
+    scene = parse_scene(text.replace("sun .6 1.5 1  .9 .85 .7  4", "diskLight .6 2.5 1  0 -1 0  .4  6 6 5"))
+    small = scene.with_(width=48, height=36)
+    (light,) = small.lights
+    image = render(
+        small.with_(lights=(replace(light, radius=0.8),)), Area(samples=16, stratified=True), seed=3, passes=2
+    )
+    given = Inputs.against([Raw(image.mean), Raw(image.first)], RADIANCE, truth_of(small))
+    (told, *_) = diagnose(small, given, 16, True).mistakes
+    assert told.name == "light-shape"
+    assert "twice the radius" in told.detail
