@@ -290,9 +290,9 @@ class Fit:
 
     @cached_property
     def squares(self) -> Floats:
-        """Weighted squares (n,) of the mean image's errors, without what the prediction's own noise adds."""
+        """Weighted squares (n,) of the mean image's errors."""
         mean = self.left.mean(axis=0)
-        noise = self.guess.error + (self.guess.noise * self.case.lit if len(self.left) == 1 else 0.0)
+        noise = self.guess.noise * self.case.lit if len(self.left) == 1 else 0.0
         return np.asarray(self.case.weight * ((mean * mean).mean(axis=0) - noise))
 
     @cached_property
