@@ -18,7 +18,8 @@ Hypothesis = Callable[[Case], Iterator[Guess]]
 
 STAGES: tuple[tuple[Hypothesis, ...], ...] = (
     (lost_samples, *PICTURES, *LAMPS, one_thing, rules, samples_cut_off),
-    (camera, missing, drawn, indirect),
+    (camera, missing),
+    (drawn, indirect),
     (*POINTS, *SHADOWS),
     (ends,),
 )

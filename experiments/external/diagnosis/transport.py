@@ -278,10 +278,9 @@ def changed(case: Case, name: str, detail: str, parts: Sequence[tuple[Paths, Flo
     nothing = np.zeros((1, 1, 1))
     other, right = sum((new for _, new in parts), nothing), sum((path.right for path, _ in parts), nothing)
     share = 1.0
-    if len(parts) == len(case.probe.paths) and right.shape[2] > 1:
-        of_other, of_right = (values - values.mean(axis=2, keepdims=True) for values in (other, right))
-        noise = float((of_right**2).sum())
-        share = max(float((of_other * of_right).sum()) / noise, 0.0) if noise > 0 else 1.0
+    noise = float((case.probe.swing**2).sum()) if len(parts) == len(case.probe.paths) else 0.0
+    if noise > 0:
+        share = max(float((other * case.probe.swing).sum()) / noise, 0.0)
     step = other - share * right
     prediction[:, lit] += step.mean(axis=2) - (1 - share) * (case.truth - case.probe.sight.emission)[:, lit]
     error = np.zeros(case.truth.shape[1])
