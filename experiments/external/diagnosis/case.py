@@ -229,9 +229,11 @@ class Case:
     def weight(self) -> Floats:
         """One over the variance of each pixel's error (n,); 0 where it is not compared."""
         around = self.smooth(self.variance, self.shaded)
-        grey, beside = self.probe.grid(np.abs(self.truth).mean(axis=0)), self.probe.grid(self.beside)
-        next_to_it = np.where(ndimage.maximum_filter(beside, 3), FARTHER * ndimage.maximum_filter(grey, 5), 0.0)
-        edge = np.where(beside, EDGE * ndimage.maximum_filter(grey, 3), next_to_it).ravel()
+        grey, beside = (
+            self.probe.grid(values) for values in (np.abs(self.truth).mean(axis=0), self.beside.astype(float))
+        )
+        next_to_it = np.where(ndimage.maximum_filter(beside, 3) > 0, FARTHER * ndimage.maximum_filter(grey, 5), 0.0)
+        edge = np.where(beside > 0, EDGE * ndimage.maximum_filter(grey, 3), next_to_it).ravel()
         error = around + self.probe.pick(self.given.error) + self.floor**2 + edge**2
         return np.where(self.valid, 1 / error, 0.0)
 

@@ -95,7 +95,7 @@ def _first(g: Geometry, o: Floats, d: Floats) -> Hits:
     lines = np.concatenate((d, np.cross(o, d, axis=0)))
     inside_to, inside_from = np.ones((g.triangles, n), dtype=bool), np.ones((g.triangles, n), dtype=bool)
     for p, q in zip(corners, (g.b, g.c, g.a), strict=True):
-        side = np.concatenate((np.cross(p, q, axis=0), q - p)).T @ lines
+        side = np.asarray(np.concatenate((np.cross(p, q, axis=0), q - p)), dtype=np.float64).T @ lines
         inside_to &= side >= 0
         inside_from &= side <= 0
     t = np.full((g.triangles + g.ellipsoids, n), np.inf)
