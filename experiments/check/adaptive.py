@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -71,20 +72,17 @@ def render_until(
     """
     if not 0 < error < 1:
         raise InputError("error", error, "a number above 0 and below 1")
+    draw = partial(render, scene, executor=executor, progress=progress, offset=offset, by_light=True)
     needs = prepare(scene).needs
     if scene.spp == 1 and not estimator.is_random(needs):
         if estimator.claim(needs) != "exact":
             raise InputError("error", error, f"an estimator with noise: {estimator.name} cannot tell its error here")
-        return Reached(
-            render(scene, estimator, seed=seed, executor=executor, progress=progress, offset=offset),
-            estimator.samples,
-            0.0,
-        )
+        return Reached(draw(estimator, seed=seed), estimator.samples, 0.0)
     samples = FIRST
     for attempt in range(64):
         tried = dataclasses.replace(estimator, samples=samples)  # type: ignore[type-var]
         root = int(np.random.SeedSequence([seed, attempt]).generate_state(1, np.uint64)[0] >> 1)
-        image = render(scene, tried, seed=root, passes=PASSES, executor=executor, progress=progress, offset=offset)
+        image = draw(tried, seed=root, passes=PASSES)
         found = relative_error(image, PASSES)
         if found <= error:
             return Reached(image, samples, found)

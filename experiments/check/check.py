@@ -135,6 +135,7 @@ def our_image(
         executor=executor,
         tolerance=ray_tolerance(scene),
         offset=offset,
+        by_light=True,
         progress=None if progress is None else lambda done, total: progress("ours", done, total),
     )
     return image, passes, {"pilot": piloted - started, "ours": time.perf_counter() - piloted}

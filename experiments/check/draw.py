@@ -97,7 +97,9 @@ def draw(scene: Scene, drawing: Drawing, executor: Executor | None = None, progr
             warnings.append(f"the error may be {by_tolerance.error:.1e}, above the tolerance {tolerance:g}")
     else:
         offset = offset_asked(scene, drawing.shadow_origin)
-        image = render(scene, estimator, seed=drawing.seed, executor=executor, offset=offset, progress=progress)
+        image = render(
+            scene, estimator, seed=drawing.seed, executor=executor, offset=offset, progress=progress, by_light=True
+        )
     if image.back_faces:
         warnings.append(f"{count(image.back_faces, 'pixel', 'shows')} the black back of a one-sided surface")
     if image.bound is not None:

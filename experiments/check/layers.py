@@ -2,34 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from concurrent.futures import Executor
+from dataclasses import replace
 
-from nusselt.experiments.results.layers import Layers, image_layers, scene_layers
-from nusselt.renderer.image import Image
+import numpy as np
+
+from nusselt.experiments.results.layers import Layers, all_layers
+from nusselt.renderer.image import LIGHTS, Image
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats
 
 from .draw import Drawing, draw
 
-LIGHTS = 24
-"""Lights that have a layer each, at most: readers count channels."""
 
+def drawn_layers(
+    scene: Scene, image: Image, drawing: Drawing, executor: Executor | None = None
+) -> tuple[Layers, tuple[str, ...]]:
+    """All layers of an image that was drawn, and which were left out and why.
 
-def drawn_layers(scene: Scene, image: Image, drawing: Drawing, executor: Executor | None = None) -> Layers:
-    """All layers of an image that was drawn, with each light's share of it where there are 2 to 24 lights.
-
-    There it alone shines; the others are black and stand where they stood, so that its random numbers are its own.
-    Where an error is asked for, each is sampled to that.
+    Where the image does not have its lights' shares (pixels by area or interpolated), each of 2 to 24 lights is drawn
+    alone: the others are black and stand where they stood.
     """
-    found = image_layers(image) | scene_layers(scene)
-    if 1 < len(scene.lights) <= LIGHTS:
-        found |= {
-            f"light{k}": draw(alone, drawing, executor).image.mean for k, alone in enumerate(_each_alone(scene), 1)
-        }
-    return found
+    if image.light_means is None and 1 < len(scene.lights) <= LIGHTS:
+        alone = [draw(_lit_by(scene, k), drawing, executor).image.mean for k in range(len(scene.lights))]
+        rest: Floats = np.zeros(image.mean.shape)
+        if any(any(material.emission) for material in scene.materials):
+            rest = draw(_lit_by(scene), drawing, executor).image.mean
+        image = replace(image, light_means=np.array([*(mean - rest for mean in alone), rest], dtype=np.float32))
+    return all_layers(image, scene)
 
 
-def _each_alone(scene: Scene) -> Iterator[Scene]:
-    for k in range(len(scene.lights)):
-        lights = (light if k == n else light.with_colour((0.0, 0.0, 0.0)) for n, light in enumerate(scene.lights))
-        yield scene.with_(lights=tuple(lights))
+def _lit_by(scene: Scene, *which: int) -> Scene:
+    lights = (light if n in which else light.with_colour((0.0, 0.0, 0.0)) for n, light in enumerate(scene.lights))
+    return scene.with_(lights=tuple(lights))

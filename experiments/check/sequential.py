@@ -95,6 +95,7 @@ class Sides:
             executor=self.executor,
             tolerance=ray_tolerance(self.scene),
             offset=offset,
+            by_light=True,
             progress=self._told("ours"),
         )
 

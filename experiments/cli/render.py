@@ -25,7 +25,7 @@ from nusselt.experiments.workers import PATIENCE, worker_pool
 @reading_options
 @cluster_option
 @click.option("--bits", type=click.Choice(["8", "16"]), help="Of a .png's levels; 8 unless said.")
-@click.option("--aovs", is_flag=True, help="Into an .exr, in layers: each light, depth, normal, albedo, noise, masks.")
+@click.option("--aovs", is_flag=True, help="Into an .exr, in layers: lights, visibility, depth, normal, albedo, noise.")
 @click.option("--error", type=float, help="Sample until the relative RMS error is at most this; see common-points.")
 def command(
     *,
@@ -53,12 +53,12 @@ def command(
     read = reading.scene(scene, drawing.pixel_rule)
     with worker_pool(cluster, PATIENCE) as pool, progress_bar(read.name) as report:
         drawn = draw(read, drawing, pool, lambda done, total: report("tiles", done, total))
-        layers = drawn_layers(read, drawn.image, drawing, pool) if aovs else {}
+        layers, left_out = drawn_layers(read, drawn.image, drawing, pool) if aovs else ({}, ())
     for warning in drawn.warnings:
         click.echo(f"warning: {warning}", err=True)
-    for sentence in drawn.told:
+    for sentence in (*drawn.told, *(f"left out: {what}" for what in left_out)):
         click.echo(sentence, err=True)
     if layers:
-        write_layers(output, layers)
+        write_layers(output, layers, left_out)
     else:
         write_image(output, drawn.image.mean, levels)

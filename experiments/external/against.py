@@ -18,6 +18,7 @@ from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import Image
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats
 
 from .diagnosis.case import nearer
 from .expected import PASSES, Renders, own_renders, supposed_sampling
@@ -28,6 +29,12 @@ from .sides import Sides, two_sides
 
 SURE = 3.0
 """Standard errors beyond which a rule of levels fits worse than another."""
+NOISIER = 1.5
+"""Variance over what is supposed at which samples may have been left out at random: half of them double it."""
+HALF_OF_SQUARES = 0.455
+"""Median of the square of a normal number."""
+SHOWN = 0.5
+"""Share of a bias that levels must show."""
 ALIKE = 0.5
 """Variance among images, over what is supposed, below which their noise may be in common."""
 LOSSY = 0.01
@@ -76,8 +83,8 @@ def judged_against(
 ) -> Against:
     """Judge different images ``raws`` of those that were brought.
 
-    A renderer may pick one light a sample, and so have noise where ours has none. Nobody says so: what differs is
-    judged again as its image, and where that explains it it does not differ.
+    A renderer may pick one light a sample, or end half of its paths at random, and so have noise where ours has none.
+    Nobody says so: what differs is judged again as its image, and where that explains it it does not differ.
 
     Parameters
     ----------
@@ -90,15 +97,24 @@ def judged_against(
     supposed = renders if known else own_renders(scene, Area(samples=estimator.samples), rays)
     draws = estimator.samples if scene.spp == 1 else rays
 
-    def judged(picks: bool) -> Against:
-        noise = noise_of(scene, draws, seen, truth, supposed, least=1.0 if known else 0.0, picks=picks)
+    def judged(weight: int) -> Against:
+        noise = noise_of(scene, draws, seen, truth, supposed, least=1.0 if known else 0.0, weight=weight)
         return _judged(scene, brought, raws, question, truth, seen, renders, noise)
 
-    against = judged(picks=False)
-    if against.verdict.word != "differs" or len(scene.lights) < 2:
+    against = judged(1)
+    if against.verdict.word != "differs" or (len(scene.lights) < 2 and not _scatters(against.sides)):
         return against
-    picked = judged(picks=True)
+    picked = judged(max(2, len(scene.lights)))
     return against if picked.verdict.word == "differs" else picked
+
+
+def _scatters(sides: Sides) -> bool:
+    """Whether most pixels of an image are off by more than the noise supposed, and a thousandth of themselves."""
+    expected = sides.reference.mean.mean(axis=0)
+    square = (sides.image.first.mean(axis=0) - expected) ** 2
+    usual = sides.supposed + sides.reference.pixel_standard_error**2 + (1e-3 * expected) ** 2
+    some = sides.image.shaded & ~sides.image.unjudged & (usual > 0) & np.isfinite(square)
+    return bool(some.any()) and float(np.median(square[some] / usual[some])) > NOISIER * HALF_OF_SQUARES
 
 
 def _judged(
@@ -126,7 +142,21 @@ def _judged(
         level=question.level,
         expectations=_expectations(scene, question, noise, sides, truth),
     )
+    if verdict.word == "agrees" and _hidden(sides, truth.reference.mean, quantiser, margin):
+        reason = f"levels are too coarse to show a bias of {margin:.3%}, and no noise evens them out: bring EXR or PFM"
+        verdict = replace(verdict, word="undecided", reason=reason)
     return Against(raws, verdict, sides, seen, quantiser, renders, noise, margin)
+
+
+def _hidden(sides: Sides, truth: Floats, quantiser: Quantiser, margin: float) -> bool:
+    """Whether an image as much brighter, or darker, as the margin would have levels that hardly tell."""
+    some = sides.image.shaded & ~sides.image.unjudged
+    if not quantiser.top or not some.any():
+        return False
+    now = quantiser.expected(truth, sides.deviation)
+    steps = [quantiser.expected((1 + off) * truth, sides.deviation) - now for off in (margin, -margin)]
+    shown = min(abs(float(step[:, some].mean())) for step in steps)
+    return shown < SHOWN * margin * float(truth[:, some].mean())
 
 
 def in_common(sides: Sides, noise: Noise) -> bool:

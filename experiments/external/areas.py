@@ -10,7 +10,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 
 import numpy as np
-from scipy import ndimage
+from scipy import ndimage, stats
 
 from nusselt.experiments.check.check import Progress
 from nusselt.experiments.check.question import Question, with_pixel_rule
@@ -25,7 +25,8 @@ from .ground_truth import Truth, ground_truth
 from .sides import Sides, beside_another, stage
 
 FEWEST = 0.1
-"""Share of the plain pixels beside an edge that differ where pixels are areas, at least."""
+"""Share of the plain pixels beside an edge that differ where pixels are areas, at least, but for chance."""
+CHANCE = 1e-3
 CLEAR = 0.02
 """Of the brightest around, by which a centre and an area differ that are compared."""
 NEARER = 0.75
@@ -44,8 +45,8 @@ def may_be_areas(scene: Scene, seen: Image, sides: Sides) -> bool:
     plain = ~seen.shaded & ~seen.unjudged
     edge = beside_another(sides.reference.mean, 3)
     beside = off[plain & edge]
-    far = np.count_nonzero(off[plain & ~edge])
-    return bool(far == 0 if not beside.size else far < np.count_nonzero(beside) and beside.mean() > FEWEST)
+    far, near = np.count_nonzero(off[plain & ~edge]), np.count_nonzero(beside)
+    return bool(far == 0 if not beside.size else far < near and stats.binom.cdf(near, beside.size, FEWEST) > CHANCE)
 
 
 def against_areas(

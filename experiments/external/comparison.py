@@ -23,6 +23,7 @@ from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats
 
 from .against import ALIKE, Against, Brought, judged_against
 from .areas import against_areas, may_be_areas
@@ -30,7 +31,7 @@ from .diagnosis import Diagnosis, Inputs, diagnose
 from .diagnosis.diagnose import Mistake
 from .expected import Renders, Scores, course_scores, described, expected_scores
 from .ground_truth import Truth, ground_truth
-from .shared_noise import NEAR, apart, common_noise, different, whitened
+from .shared_noise import NEAR, amount, apart, common_noise, different, whitened
 from .sides import Sides, stage
 
 SPREAD = 0.2
@@ -39,12 +40,13 @@ SPREAD = 0.2
 
 @dataclass(frozen=True)
 class Comparison:
-    """A row, and what is behind it."""
+    """A row, and what is behind it; ``mistaken`` (3, h, w) is the truth with the mistake in it that was named."""
 
     row: dict[str, Any]
     sides: Sides
     truth: Truth
     verdict: Verdict
+    mistaken: Floats | None = None
 
 
 def compare(
@@ -69,7 +71,7 @@ def compare(
     if verdict.word == "differs" and may_be_areas(scene, seen, sides):
         verdict = against_areas(verdict, scene, brought, raws, question, references, truth, executor, progress)
     diagnosis = Diagnosis(())
-    if looks_for_mistakes and verdict.word == "differs" and scene.spp == 1:
+    if looks_for_mistakes and verdict.word == "differs":
         diagnosis = _diagnosed(scene, shown, truth, estimator, progress)
     elif looks_for_mistakes and verdict.word == "undecided" and len(raws) > sides.images:
         diagnosis = Diagnosis(_noise_in_common(shown))
@@ -103,7 +105,7 @@ def compare(
         "reference": _reference_row(truth),
         "seconds": {"pilot": 0.0, "ours": 0.0, "reference": time.perf_counter() - started},
     }
-    return Comparison(row, sides, truth, verdict)
+    return Comparison(row, sides, truth, verdict, diagnosis.predicted)
 
 
 def _noise_word(verdict: Verdict, brought: Brought, shown: Against) -> NoiseWord | None:
@@ -117,7 +119,8 @@ def _diagnosed(
 ) -> Diagnosis:
     """Of images that differ; where no name explains them, what noise they have in common."""
     raws, judged = shown.raws[: shown.sides.images], ~shown.sides.image.unjudged
-    given = Inputs.against(raws, shown.quantiser, truth.reference, judged)
+    noise = shown.noise.deviation**2 if scene.spp > 1 else None
+    given = Inputs.against(raws, shown.quantiser, truth.reference, judged, noise)
     diagnosis = diagnose(scene, given, estimator.samples, estimator.stratified, progress)
     if diagnosis.mistakes or any(place.pixels < SPREAD for place in diagnosis.where):
         return diagnosis
@@ -127,13 +130,14 @@ def _diagnosed(
 def _noise_in_common(shown: Against) -> tuple[Mistake, ...]:
     """Of images, or of places.
 
-    Noise in common makes images differ less from each other than independent ones do; a mistake in common does not.
+    Noise in common makes images differ less from each other than independent ones do; a mistake in common does not. A
+    denoiser does both: what is left of its images is less than their noise, or its own mistake, and more.
     """
     name, image, deviation = "correlated-seeds", shown.sides.image, shown.noise.deviation.mean(axis=0)
     steps = [(shown.quantiser.decode(raw) - shown.sides.reference.mean).mean(axis=0) for raw in shown.raws]
     fields = [whitened(step, deviation, image.shaded) for step in steps]
     common = common_noise(fields)
-    if common and apart(steps, deviation, fields[0] != 0) < ALIKE:
+    if common and ALIKE < amount(fields[0]) < 1 / ALIKE and apart(steps, deviation, fields[0] != 0) < ALIKE:
         return (Mistake(name, common, "images of different seeds have noise in common"),)
     alike = Alike.of(fields[0], CHANCE)
     far = max(map(abs, alike.step)) >= NEAR
@@ -178,7 +182,7 @@ def _warnings(scene: Scene, brought: Brought, shown: Against, estimator: Estimat
     if scene.spp > 1:
         partly = int((~seen.shaded & (seen.emitter < 1) & (seen.background < 1) & ~seen.unjudged).sum())
         found.append(f"pixels are areas: {partly} show part of a light or of the background; no mean holds them")
-        found.append("mistakes are looked for only where a pixel is its centre (spp 1)")
+        found.append("pixels are areas: mistakes of cameras, shadows and light points are not looked for")
     return found
 
 

@@ -59,7 +59,7 @@ def noise_of(
     truth: Truth,
     renders: Renders,
     least: float = 1.0,
-    picks: bool = False,
+    weight: int = 1,
 ) -> Noise:
     """The noise of an estimator's image where passes of it showed some, and elsewhere the most it can have.
 
@@ -75,17 +75,17 @@ def noise_of(
         Of the estimator.
     least : float
         See `Noise`.
-    picks : bool
-        Whether the image may hold one light a sample, picked at random: then what has no noise alone has some.
+    weight : int
+        How many times as much a sample may weigh because others were left out at random, one light of some picked, or
+        paths ended: then what has no noise alone has some.
     """
     mean = truth.reference.mean
     grey, boxed = mean.mean(axis=0), scene.spp > 1
     ceilings = sample_ceilings(scene.with_(spp=1) if truth.exact else scene)
     reference_grain = grain_of_reference(ceilings, truth.reference)
     ceiling = ceilings.max(axis=0, initial=0.0)
-    lights = len(scene.lights)
-    if picks:  # n lights: each weighs n times as much, and a visible one brings no more than all of them
-        ceiling = lights * np.maximum(ceiling, grey)
+    if weight > 1:  # a visible light brings no more than all of them
+        ceiling = weight * np.maximum(ceiling, grey)
     if boxed:  # whatever a pixel's neighbours show, some of its rays may meet; no light where it is known to show none
         shows = np.where(seen.shaded, np.maximum(ceiling, grey), 0.0)
         around = ndimage.maximum_filter(np.maximum(ceiling, grey), 3)
@@ -96,9 +96,9 @@ def noise_of(
     variance = np.where(renders.pixel_variance > 0, renders.pixel_variance, limit)
     tint = np.divide(mean, grey, out=np.ones_like(mean), where=grey > 0)
     deviation = np.where(renders.deviation > 0, renders.deviation, np.sqrt(limit) * tint)
-    if picks:
-        variance = lights * variance + (lights - 1) * grey**2 / draws
-        deviation = np.sqrt(lights * deviation**2 + (lights - 1) * mean**2 / draws)
+    if weight > 1:
+        variance = weight * variance + (weight - 1) * grey**2 / draws
+        deviation = np.sqrt(weight * deviation**2 + (weight - 1) * mean**2 / draws)
     return Noise(
         sampled,
         np.where(sampled, deviation, 0.0),

@@ -1,9 +1,10 @@
-"""What was brought, the truth, and the difference in standard errors, beside each other."""
+"""What was brought, the truth, the difference in standard errors, and the truth with the mistake that was named."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from nusselt.experiments.images.write import write_image
 from nusselt.experiments.results.pictures import write_sides
 from nusselt.experiments.verdict.judge import standard_errors
 from nusselt.renderer.scene import Scene
@@ -15,4 +16,9 @@ def write_comparison(told: Comparison, folder: Path, scene: Scene | None = None)
     """Write the pictures of one comparison; returns what is where, by name."""
     sides = told.sides
     z = standard_errors(sides.image, sides.reference, sides.images)
-    return write_sides(folder, "brought", sides.image, told.truth.reference, z, scene)
+    where = write_sides(folder, "brought", sides.image, told.truth.reference, z, scene)
+    if told.mistaken is not None:
+        for ending in ("png", "exr"):
+            write_image(folder / f"mistaken.{ending}", told.mistaken)
+            where[f"mistaken_{ending}"] = f"{folder.name}/mistaken.{ending}"
+    return where

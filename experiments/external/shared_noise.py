@@ -69,6 +69,12 @@ def _beyond_chance(one: Floats, other: Floats) -> float:
     return found if found > max(LEAST, SURE / math.sqrt(count)) else 0.0
 
 
+def amount(field: Floats) -> float:
+    """How much noise an image has, by the median over pixels: 1 where it is as supposed, and nothing else is wrong."""
+    noise = field[field != 0] ** 2
+    return float(np.median(noise)) / float(stats.chi2.median(1)) if noise.size else 0.0
+
+
 def apart(steps: list[Floats], deviation: Floats, noisy: np.ndarray) -> float:
     """How much k images (h, w) vary among each other, over the variance supposed: 1 where their noise is independent.
 

@@ -48,6 +48,8 @@ class Sides:
         Variance that one image was supposed to have.
     factor : float
         How many times that it has.
+    deviation : (3, h, w) float64
+        With which levels are expected: at most that supposed.
     saturated : int
         Shaded pixels that are masked.
     at_the_top : int
@@ -59,6 +61,7 @@ class Sides:
     images: int
     supposed: Floats
     factor: float
+    deviation: Floats
     saturated: int
     at_the_top: int
 
@@ -97,7 +100,13 @@ def two_sides(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Referen
     saturated = shaded & quantiser.saturated(truth.mean, noise.deviation).any(axis=0)
     masked = saturated | _mixed(seen, rounding)
     decoded = np.stack([quantiser.decode(raw) for raw in raws])
-    expected = quantiser.expected(truth.mean, noise.deviation)
+    deviation = noise.deviation
+    expected = quantiser.expected(truth.mean, deviation)
+    if quantiser.top:
+        supposed = noise.variance + quantiser.spread(truth.mean).mean(axis=0)
+        share = _share_of_noise(decoded, expected, supposed + truth.pixel_standard_error**2, shaded & noise.sampled)
+        deviation = deviation * np.sqrt(share)
+        expected = quantiser.expected(truth.mean, deviation)
     snapped = _snapped(decoded, expected, truth.mean, quantiser, rounding)
     decoded = np.where(noise.sampled, decoded, snapped)
     emitter = np.where(masked, PART, seen.emitter)
@@ -125,7 +134,36 @@ def two_sides(seen: Image, raws: list[Raw], quantiser: Quantiser, truth: Referen
     )
     top = int((raws[0].values == quantiser.top).any(axis=0)[shaded].sum()) if quantiser.top else 0
     reference = replace(truth, mean=expected, emitter=emitter, background=seen.background)
-    return Sides(image, reference, len(raws), supposed, factor, int(saturated.sum()), top)
+    if len(raws) > 1:
+        reference = _undithered(reference, np.where(decoded.var(axis=0, ddof=1) < level, level, 0.0))
+    return Sides(image, reference, len(raws), supposed, factor, deviation, int(saturated.sum()), top)
+
+
+def _share_of_noise(decoded: Floats, expected: Floats, supposed: Floats, some: Bools) -> Floats:
+    """How much of the variance supposed images have around each pixel, (h, w), at most 1.
+
+    Noise of less than a level does not even levels out: what a level is on average depends on it.
+    """
+    grey = decoded.mean(axis=1)
+    square = grey.var(axis=0, ddof=1) if len(grey) > 1 else (grey[0] - expected.mean(axis=0)) ** 2
+    return np.minimum(asked_for(square, supposed, some & np.isfinite(square)), 1.0)
+
+
+def _undithered(reference: Reference, level: Floats) -> Reference:
+    """Where images are quieter than their levels are wide, noise does not even the levels out: each pixel is off.
+
+    By how much, up to half a level, depends on noise that is not known so well. All images are off alike.
+
+    Parameters
+    ----------
+    level : (3, h, w) float64
+        Variance of a number spread over its level; 0 where noise evens it out.
+    """
+    return replace(
+        reference,
+        standard_error=np.sqrt(reference.standard_error**2 + level),
+        pixel_standard_error=np.sqrt(reference.pixel_standard_error**2 + level.mean(axis=0)),
+    )
 
 
 def _variances(

@@ -49,6 +49,7 @@ def _tell_mistakes(row: dict[str, Any], table: Console) -> None:
         table.print(f"{start} {mistake['name']}: {mistake['detail']} ({share})", markup=False, soft_wrap=True)
     if mistakes:
         table.print(f"look: {mistakes[0]['hint']}", markup=False, soft_wrap=True)
+        table.print(f"a right image would be named so wrongly in at most {mistakes[0]['named_wrongly']:.0%} of cases")
     for place in row["where"]:
         table.print(f"where: {place}", markup=False, soft_wrap=True)
 

@@ -62,13 +62,13 @@ class Picture:
         return self.drawn.told
 
     def write(self, path: str | PathLike[str], *, bits: int | None = None, aovs: bool = False) -> None:
-        """Write it as .png (in 8 bits, or 16), .exr or .npy; ``aovs``: an .exr with all layers, each light rendered."""
+        """Write it as .png (in 8 bits, or 16), .exr or .npy; ``aovs``: an .exr with all layers."""
         check_layered_name(Path(path), aovs)
         if not aovs:
             return write_image(Path(path), self.image.mean, bits)
         check_image_name(Path(path), bits)
         with worker_pool(None, PATIENCE) as pool:
-            return write_layers(Path(path), drawn_layers(self.scene, self.image, self.drawing, pool))
+            return write_layers(Path(path), *drawn_layers(self.scene, self.image, self.drawing, pool))
 
     def _repr_png_(self) -> bytes:
         from PIL import Image as Pillow

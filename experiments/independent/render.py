@@ -83,9 +83,9 @@ def _pixels(
         batch = Batch(x, y, index, options.seed, (world.height, world.width), stream)
         u, v = lattice(batch, options.samples) if options.way == "lattice" else _places(batch, options, steps)
         u, v = (np.broadcast_to(a, (x.size, options.samples)).reshape(-1, each)[on] for a in (u, v))
-        found = _from_light(world, hits.take(on), light, u, v, steps, options.way == "mis", stream)
+        found = from_light(world, hits.take(on), light, u, v, steps, options.way == "mis", stream)
         values += share[index] * steps.arriving(light, found)
-    radiance[:, on] += steps.gather(values, rng)
+    radiance[:, on] += steps.gather(values, rng) + steps.indirect(world, hits.take(on), rng)
     shaded = np.asarray(hits.shaded.reshape(-1, rays).any(axis=1))
     return radiance.reshape(3, -1, rays).mean(axis=2), shaded
 
@@ -115,7 +115,7 @@ def _surface(world: World, hits: Hits) -> Surface:
     return Surface(diffuse, specular, world.table("shininess")[hits.material, None])
 
 
-def _from_light(
+def from_light(
     world: World, hits: Hits, light: Light, u: Floats, v: Floats, steps: Steps, mis: bool, rng: Rng
 ) -> Floats:
     """What each sample (n, s) of a light sends towards the eye, (3, n, s) or (3, n, 1)."""
@@ -149,12 +149,7 @@ def _by_direction(
 ) -> Floats:
     """The other half of multiple importance: directions by their cosine, that may meet the light."""
     n, count = hits.normal, hits.normal.shape[1]
-    radius, phi = np.sqrt(rng.random((count, samples))), 2 * math.pi * rng.random((count, samples))
-    axis = np.where(np.abs(n[:1]) < 0.7, np.array([[1.0], [0], [0]]), np.array([[0], [1.0], [0]]))
-    a = np.cross(n, axis, axis=0)
-    a = a / np.sqrt(dot(a, a))
-    b, cosine = np.cross(n, a, axis=0), np.sqrt(1 - radius**2)
-    w = a[:, :, None] * (radius * np.cos(phi)) + b[:, :, None] * (radius * np.sin(phi)) + n[:, :, None] * cosine
+    w, cosine = by_cosine(n, samples, rng)
     t, inside = quad_crossing(light, np.repeat(hits.position, samples, axis=1), w.reshape(3, -1))
     t, inside = t.reshape(count, samples), inside.reshape(count, samples)
     facing = -dot(light.normal[:, None, None], w)
@@ -163,3 +158,14 @@ def _by_direction(
     seen = np.where(met, steps.visible(world, hits, w * np.where(met, t, 1.0), light), 0.0)
     value = light.colour[:, None, None] * cosine * seen * steps.brdf(surface, n, hits.towards, w)
     return np.asarray(value / (density + cosine / math.pi))
+
+
+def by_cosine(n: Floats, samples: int, rng: Rng) -> tuple[Floats, Floats]:
+    """Unit directions (3, n, s) about normals, by their cosines (n, s), and those."""
+    radius, phi = np.sqrt(rng.random((n.shape[1], samples))), 2 * math.pi * rng.random((n.shape[1], samples))
+    axis = np.where(np.abs(n[:1]) < 0.7, np.array([[1.0], [0], [0]]), np.array([[0], [1.0], [0]]))
+    a = np.cross(n, axis, axis=0)
+    a = a / np.sqrt(dot(a, a))
+    b, cosine = np.cross(n, a, axis=0), np.sqrt(1 - radius**2)
+    w = a[:, :, None] * (radius * np.cos(phi)) + b[:, :, None] * (radius * np.sin(phi)) + n[:, :, None] * cosine
+    return w, cosine

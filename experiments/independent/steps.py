@@ -139,6 +139,11 @@ def same(value: Any) -> Any:
     return value
 
 
+def indirect(world: World, hits: Hits, rng: Rng) -> Floats:
+    """What points (3, n) reflect of other surfaces' light: nothing, images are of direct light."""
+    return np.zeros((3, 1))
+
+
 def finished(image: Floats, shaded: Bools, rng: Rng) -> Floats:
     """The image as it is."""
     return image
@@ -168,6 +173,8 @@ class Steps:
     arriving : callable
         Radiance of samples (3, n, s), from the light, before they are averaged.
     gather : callable
+    indirect : callable
+        What is added to that.
     finished : callable
         The image (3, h, w), its shaded pixels (h, w), and a generator of the image's own.
     """
@@ -190,6 +197,7 @@ class Steps:
     brdf: Callable[[Surface, Floats, Floats, Floats], Floats] = brdf
     arriving: Callable[[Light, Floats], Floats] = lambda light, values: values
     gather: Callable[[Floats, Rng], Floats] = gather
+    indirect: Callable[[World, Hits, Rng], Floats] = indirect
     finished: Callable[[Floats, Bools, Rng], Floats] = finished
 
 

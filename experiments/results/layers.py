@@ -5,7 +5,7 @@ The image itself is in no layer (R, G, B), so that every viewer shows it first, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +17,14 @@ from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.image import Image
+from nusselt.renderer.image import LIGHTS, Image
 from nusselt.renderer.lobes import Lambert
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats, column
+from nusselt.renderer.words import count
+
+from .visibility import visibility_layers
 
 Layers = dict[str, np.ndarray[Any, Any]]
 """By name ("": the image), (1, h, w) or (3, h, w)."""
@@ -32,7 +35,9 @@ ENDS = {"normal": "XYZ", "position": "XYZ", "depth": "Z"}
 
 
 def image_layers(image: Image) -> Layers:
-    """Of an image: its mean, and its noise or bound where they are known; which pixels show lights or nothing."""
+    """Of an image: its mean, and its noise or bound where they are known; which pixels show lights or nothing; what the
+    mean is the sum of: each light's share, and what shines and is none.
+    """
     passes = len(image.pass_means)
     found = {"": image.mean, "emitter": image.emitter[None], "background": image.background[None]}
     if image.unjudged.any():
@@ -41,7 +46,25 @@ def image_layers(image: Image) -> Layers:
         found["standardError"] = np.sqrt(image.variance / passes)
     if image.bound is not None:
         found["bound"] = image.bound[None]
+    if image.light_means is not None:
+        *lights, rest = image.light_means
+        found |= {f"light{k}": share for k, share in enumerate(lights, 1)}
+        found |= {"emission": rest} if rest.any() else {}
     return found
+
+
+def all_layers(image: Image, scene: Scene) -> tuple[Layers, tuple[str, ...]]:
+    """Of an image, what its pixels show and what reaches it; and which layers were left out, and why."""
+    visible, left_out = visibility_layers(scene, is_exact=not image.variance.any())
+    found = image_layers(image) | scene_layers(scene) | visible
+    lights = len(scene.lights)
+    if image.light_means is None:
+        many = lights < 2 or lights > LIGHTS
+        why = f"the scene has {count(lights, 'light')}" if many else "their shares were not kept apart"
+        left_out = (f"light by light: {why}", *left_out)
+    if "standardError" not in found:
+        left_out = ("standard error: one pass, or nothing is random", *left_out)
+    return found, left_out
 
 
 def reference_layers(reference: Reference, z: Floats) -> Layers:
@@ -89,11 +112,11 @@ def check_layered_name(path: Path, aovs: bool) -> None:
         raise InputError("aovs", str(path), "a name that ends in .exr: other formats have no layers")
 
 
-def write_layers(path: Path, layers: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Write layers as one part of 32-bit channels."""
+def write_layers(path: Path, layers: Mapping[str, np.ndarray[Any, Any]], left_out: Sequence[str] = ()) -> None:
+    """Write layers as one part of 32-bit channels; its header's ``comments`` say what was left out."""
     channels: Layers = {}
     for name, values in layers.items():
         ends = ENDS.get(name, "Y" if len(values) == 1 else "RGB")
         channels |= {f"{name}.{end}" if name else end: plane for end, plane in zip(ends, values, strict=True)}
     with replacing(path) as beside:
-        write_channels(beside, channels)
+        write_channels(beside, channels, "; ".join(left_out) and f"left out: {'; '.join(left_out)}")

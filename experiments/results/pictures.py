@@ -16,7 +16,7 @@ from nusselt.renderer.image import Image
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
-from .layers import image_layers, reference_layers, scene_layers, write_layers
+from .layers import all_layers, image_layers, reference_layers, write_layers
 from .schema import Row
 
 RANGE = 4.0
@@ -56,7 +56,7 @@ def write_sides(
     One EXR file beside the folder, called as it is, holds all of it in layers, and what the scene's pixels show.
     """
     found = {f"{name}.png": image.first, f"{name}.exr": image.mean}
-    layers = image_layers(image) | ({} if scene is None else scene_layers(scene))
+    layers, left_out = (image_layers(image), ()) if scene is None else all_layers(image, scene)
     if reference is not None:
         found |= {"reference.png": reference.mean, "reference.exr": reference.mean}
     for file, radiance in found.items():
@@ -67,7 +67,7 @@ def write_sides(
         for file in ("difference.exr", "difference.png"):
             write_difference(folder / file, z)
             names.append(file)
-    write_layers(folder.with_name(f"{folder.name}.exr"), layers)
+    write_layers(folder.with_name(f"{folder.name}.exr"), layers, left_out)
     where = {file.replace(".", "_"): f"{folder.name}/{file}" for file in names}
     return where | {"layers_exr": f"{folder.name}.exr"}
 

@@ -157,6 +157,7 @@ BROUGHT = (
             Entry("sure", NUMBER, "standard errors by which it fits better than no mistake"),
             Entry("rest", FLAG, "whether more than noise is left"),
             Entry("hint", TEXT, "what to look for in one's code"),
+            Entry("named_wrongly", NUMBER, "share of right images that are given a name, at most, were they diagnosed"),
         ),
     ),
     Entry("where", TEXTS, "the smallest places that hold the difference"),

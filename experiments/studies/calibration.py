@@ -3,7 +3,7 @@
 Thousands of reports are simulated and put through the verdict's own rules, many rows at once. Null data: both sides
 draw their passes from the same law, which is normal, heavy-tailed, nearly without noise, of a tiny image, in colour,
 with light points shared by all pixels, or real: passes of ours, or of Mitsuba's, rendered once. The margin is next to
-nothing, so that every alarm the noise can give is given.
+nothing, so that every alarm the noise can give is given. Right images are diagnosed too, although they agree.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from nusselt.experiments.external.diagnosis.diagnose import NAMED_WRONGLY
 from nusselt.experiments.results.figures import BLUE, GREY, RED, canvas
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.verdict.evidence import Evidence
@@ -23,6 +24,7 @@ from nusselt.experiments.verdict.rules import MEAN
 from nusselt.experiments.verdict.rules.mean import POWER
 from nusselt.experiments.verdict.rules.normality import is_doubtful
 
+from .right_names import WIDTH, names_of_right
 from .stopping import stopping_rows
 from .worlds import NOTHING, SIDE, SIMULATED, STILL, World, real_worlds
 
@@ -36,6 +38,8 @@ SURE = 0.99
 """Of every interval of a rate (Clopper & Pearson 1934)."""
 LIMITS = ((1e-3, 30_000, 2e-3), (0.05, 2_000, 0.07))
 """False-alarm rates declared, reports to simulate, and what the upper limit of the rate found may be."""
+NAMES = 800
+"""Right images that are diagnosed."""
 SLACK = 0.02
 """A prediction's own error: its degrees of freedom are approximate, and rows not taken for normal are not in it."""
 BIASES = (5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2)
@@ -150,6 +154,14 @@ def stopping_job(rows: int, seed: int) -> Outcome:
     return Outcome(stopping_rows(rows, seed))
 
 
+def names_job(start: int, count: int, seed: int) -> Outcome:
+    """How often right images are given the name of a mistake, were they diagnosed."""
+    named = names_of_right(range(start, start + count), WIDTH, seed)
+    row = rate_row(f"names of right images, from {start}", NAMED_WRONGLY, len(named), count)
+    low, _ = row["rate_interval"]
+    return Outcome([row | {"allowed": NAMED_WRONGLY, "reason": ", ".join(named), "as_claimed": low <= NAMED_WRONGLY}])
+
+
 REAL = ("ours against ours", "Mitsuba against Mitsuba")
 
 
@@ -157,13 +169,16 @@ def jobs(settings: Settings) -> list[Job]:
     """Every world at both levels, then power; fewer reports where it must be quick."""
     share, passes = settings.pick((1, 2048), (10, 204), (400, 48))
     reports = [count // share for _, count, _ in LIMITS]
-    told = {"passes": passes, "reports": reports, "seed": settings.seed}
+    asked = {"passes": passes, "reports": reports, "seed": settings.seed}
     names = [*(world.name for world in SIMULATED), *REAL]
-    alarms = [Job(alarm_job, {"name": name, **told}, alone=name in REAL) for name in names]
+    alarms = [Job(alarm_job, {"name": name, **asked}, alone=name in REAL) for name in names]
     worlds = (SIMULATED[0].name, STILL.name)
     stopping = Job(stopping_job, {"rows": 4000 // share, "seed": settings.seed})
     power_jobs = [Job(power_job, {"name": n, "reports": 4000 // share, "seed": settings.seed}) for n in worlds]
-    return [*alarms, *power_jobs, stopping]
+    count = NAMES // share
+    step = min(100, count)
+    told = [Job(names_job, {"start": k, "count": step, "seed": settings.seed}) for k in range(0, count, step)]
+    return [*alarms, *power_jobs, stopping, *told]
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:

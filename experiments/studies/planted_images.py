@@ -7,7 +7,7 @@ import time
 from collections import Counter
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from rich import box
@@ -40,7 +40,15 @@ COLOURS = {"agrees": RED, "undecided": GOLD, "differs": GREEN}
 def images_of(mistake: Mistake, steps: Any, width: int, seeds: Sequence[int], samples: int = SAMPLES) -> Floats:
     """Images (k, h, w, 3) of a mistake's scene by these steps."""
     text = text_of(mistake.scene)
-    return np.array([render(text, width, Options(samples, mistake.strata, seed=seed), steps) for seed in seeds])
+    jittered = mistake.pixels != "centres"
+    return np.array(
+        [render(text, width, Options(samples, mistake.strata, jittered, seed=seed), steps) for seed in seeds]
+    )
+
+
+def rule_of(mistake: Mistake) -> Literal["area"] | None:
+    """The pixel rule that a mistake's images are judged by."""
+    return "area" if mistake.pixels == "areas" else None
 
 
 def spread(images: Floats, shaded: Any) -> float:
@@ -49,10 +57,11 @@ def spread(images: Floats, shaded: Any) -> float:
 
 
 @lru_cache(maxsize=64)
-def right_spread(scene: str, strata: bool, width: int, turns: int) -> float:
+def right_spread(scene: str, strata: bool, pixels: str, width: int, turns: int) -> float:
     """The same of right images."""
-    (mistake,) = [next(one for one in MISTAKES if (one.scene, one.strata) == (scene, strata))]
-    shaded = _shaded(truth_of(scene_named(scene, width)))
+    told = (scene, strata, pixels)
+    mistake = next(one for one in MISTAKES if (one.scene, one.strata, one.pixels) == told)
+    shaded = _shaded(truth_of(scene_named(scene, width, rule_of(mistake))))
     return spread(images_of(mistake, RIGHT, width, range(1000, 1000 + turns)), shaded)
 
 
@@ -65,7 +74,7 @@ def effect(mistake: Mistake, width: int, seed: int, turns: int) -> dict[str, flo
 
     The square of the mean error is the product of two halves' errors, whose noise is independent.
     """
-    reference = truth_of(scene_named(mistake.scene, width))
+    reference = truth_of(scene_named(mistake.scene, width, rule_of(mistake)))
     shaded = _shaded(reference)
     truth = reference.mean.transpose(1, 2, 0)
     images = images_of(mistake, mistake.steps, width, range(seed, seed + 2 * turns))
@@ -78,7 +87,7 @@ def effect(mistake: Mistake, width: int, seed: int, turns: int) -> dict[str, flo
         error = math.sqrt(float((noise**2).sum())) / noise.size
         noisy = spread(images, shaded)
     plain = np.abs(images[0] - truth).max(axis=2)[~shaded]
-    variance = right_spread(mistake.scene, mistake.strata, width, 2 * turns)
+    variance = right_spread(mistake.scene, mistake.strata, mistake.pixels, width, 2 * turns)
     return {
         "effect_mean": (grey[0] + grey[1]).mean() / 2 / scale,
         "effect_rms": math.sqrt(square) / scale if not square <= CLEAR * error else 0.0,
@@ -91,8 +100,9 @@ def plant(number: int, width: int, turns: int, seed: int) -> Outcome:
     """One mistake, by its place: two images, and what they are called."""
     mistake, started = MISTAKES[number], time.process_time()
     kind = next(kind for kind, every in KINDS.items() if mistake in every)
-    question = Question(estimator="area", samples=SAMPLES, stratified=mistake.strata, margin=MARGIN)
-    scene = scene_named(mistake.scene, width)
+    rule = rule_of(mistake)
+    question = Question(estimator="area", samples=SAMPLES, stratified=mistake.strata, margin=MARGIN, pixel_rule=rule)
+    scene = scene_named(mistake.scene, width, rule)
     images = images_of(mistake, mistake.steps, width, (seed, seed + 1))
     told = brought(scene, list(images), question, FORMAT["EXR"]).row
     size = effect(mistake, width, seed + 2, turns)

@@ -49,6 +49,7 @@ def combine_images(parts: Sequence[Image]) -> Image:
         background=share("background"),
         unjudged=np.logical_or.reduce([part.unjudged for part in parts]),
         pass_means=np.concatenate([part.pass_means for part in parts]),
+        light_means=None if first.light_means is None else share("light_means"),
     )
 
 

@@ -4,7 +4,10 @@ Only shapes are taken: positions and faces. Of what else a file holds (normals, 
 materials, lines) the surface's notes tell; what would be seen and cannot be read is refused.
 
 Readers of our own, because this package stands on NumPy alone and these two formats, for shapes only, are short:
-everything below is array work, bounded by the file's size.
+everything below is array work, bounded by the file's size. Measured with trimesh 5.2.0: an L of area 3 comes as a fan
+of area 4, an OBJ face of negative indices as the one they name from the file's end, and NaN, free-form surfaces and
+`tristrips` are passed over in silence. It reads 100,000 triangles of OBJ in half our time (0.19 s, 0.37 s), of PLY in
+the same.
 """
 
 from __future__ import annotations

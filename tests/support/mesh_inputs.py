@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
+import struct
+from random import Random
 
 from nusselt.renderer.mesh_files import obj
 from nusselt.renderer.mesh_files.ply_header import TYPES
@@ -115,97 +116,109 @@ WORDS = (
         *TYPES,
     ),
 )
+CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
+"""Of `struct`: capitals have no sign."""
+KEYWORDS = [*obj.LEFT_OUT, *obj.SILENT, *obj.REFUSED, b"x", b"#", b"\\"]
 
 
-def _record(lines: list[str], order: str, rng: np.random.Generator) -> bytes | list[str]:
+def _record(lines: list[str], order: str, rng: Random) -> bytes | list[str]:
     """One record of an element's property lines, right or nearly so; words in ASCII, bytes in binary."""
-    values: list[tuple[str, float]] = []
+    values: list[tuple[str, int]] = []
     for line in lines:
         words = line.split()
         if words[1] != "list":
-            values.append((words[1], rng.integers(-3, 4) if rng.random() < 0.9 else 100))
+            values.append((words[1], rng.randrange(-3, 4) if rng.random() < 0.9 else 100))
             continue
-        count = int(rng.integers(0, 8)) if rng.random() < 0.5 else 3
+        count = rng.randrange(8) if rng.random() < 0.3 else 3
         values.append((words[2], count))
-        values += [(words[3], -1 if rng.random() < 0.03 else rng.integers(0, 4)) for _ in range(count)]
+        values += [(words[3], -1 if rng.random() < 0.02 else rng.randrange(4)) for _ in range(count)]
     if not order:
-        return [str(rng.choice(NUMBERS)) if rng.random() < 0.01 else f"{value:g}" for _, value in values]
-    return b"".join(np.array(value % 256).astype(order + TYPES[kind]).tobytes() for kind, value in values)
+        return [rng.choice(NUMBERS) if rng.random() < 0.01 else str(value) for _, value in values]
+    codes = [CODES[TYPES[kind]] for kind, _ in values]
+    return struct.pack(
+        order + "".join(codes), *(v % 256 if code.isupper() else v for code, (_, v) in zip(codes, values, strict=True))
+    )
 
 
-def _ply(rng: np.random.Generator) -> bytes:
-    order = ("", "<", ">")[int(rng.integers(3))]
+def _ply(rng: Random) -> bytes:
+    order = rng.choice(("", "<", ">"))
     name = {"": "ascii", "<": "binary_little_endian", ">": "binary_big_endian"}[order]
-    head = PLY_HEADS[int(rng.integers(len(PLY_HEADS)))]
+    head = rng.choice(PLY_HEADS)
     body = []
     for element in head.split("element ")[1:]:
         first, *lines = [line for line in element.split("\n") if line]
         body += [_record(lines, order, rng) for _ in range(int(first.split()[1]))]
-    end = ("\n", "\r\n", "\r")[int(rng.choice(3, p=(0.7, 0.15, 0.15)))]
+    end = rng.choices(("\n", "\r\n", "\r"), (0.7, 0.15, 0.15))[0]
     text = f"ply\nformat {name} 1.0\n{head}end_header\n"
     tail = b"".join(body) if order else "\n".join(" ".join(row) for row in body).encode()
     return _with_words(text, rng).replace("\n", end).encode() + tail
 
 
-def _with_words(text: str, rng: np.random.Generator) -> str:
+def _with_words(text: str, rng: Random) -> str:
     """A header with a word changed, or a line dropped or doubled, now and then."""
     lines = text.split("\n")
     while rng.random() < 0.35:
-        at = int(rng.integers(len(lines)))
+        at = rng.randrange(len(lines))
         words = lines[at].split(" ")
-        kind = int(rng.integers(4))
+        kind = rng.randrange(4)
         if kind < 2:
-            words[int(rng.integers(len(words)))] = str(rng.choice(WORDS))
+            words[rng.randrange(len(words))] = rng.choice(WORDS)
             lines[at] = " ".join(words)
         elif kind == 2:
-            lines.insert(at, lines[int(rng.integers(len(lines)))])
+            lines.insert(at, rng.choice(lines))
         elif len(lines) > 2:
             del lines[at]
     return "\n".join(lines)
 
 
-def _obj_line(rng: np.random.Generator) -> bytes:
-    keywords = [*obj.LEFT_OUT, *obj.SILENT, *obj.REFUSED, b"x", b"#", b"\\"]
+def _obj_line(rng: Random) -> bytes:
     kind = rng.random()
     if kind < 0.3:
-        words = ["v", *rng.choice(NUMBERS, int(rng.integers(2, 6)))]
+        words = ["v", *rng.choices(NUMBERS, k=rng.randrange(2, 6))]
     elif kind < 0.8:
-        words = ["f", *rng.choice(CORNERS, int(rng.integers(1, 9)))]
+        words = ["f", *rng.choices(CORNERS, k=rng.randrange(1, 9))]
     else:
-        words = [keywords[int(rng.integers(len(keywords)))].decode(), *rng.choice(NUMBERS, int(rng.integers(0, 4)))]
+        words = [rng.choice(KEYWORDS).decode(), *rng.choices(NUMBERS, k=rng.randrange(4))]
     return " ".join(words).encode()
 
 
-def _obj(rng: np.random.Generator) -> bytes:
-    if rng.random() < 0.2:  # random outlines over many corners: concave, crossing, touching, not flat
-        points = np.round(rng.normal(size=(30, 3)), int(rng.integers(0, 3))) * [1, 1, rng.integers(0, 2)]
-        faces = [rng.integers(1, 31, rng.integers(3, 12)) for _ in range(int(rng.integers(1, 20)))]
-        lines = [f"v {x} {y} {z}" for x, y, z in points.tolist()] + [f"f {' '.join(map(str, f))}" for f in faces]
-        return "\n".join(lines).encode()
-    lines = OBJ_SEEDS[int(rng.integers(len(OBJ_SEEDS)))].split(b"\n")
-    for _ in range(int(rng.geometric(0.4)) - 1):
-        at = int(rng.integers(len(lines)))
+def _outlines(rng: Random) -> bytes:
+    """Random polygons over the same corners: concave, crossing, touching, not flat. Each size is cut by itself."""
+    digits, height = rng.randrange(3), rng.randrange(2)
+    points = [[round(rng.gauss(0, 1), digits) * axis for axis in (1, 1, height)] for _ in range(12)]
+    sizes = [rng.randrange(3, 9)] * rng.randrange(1, 7) + [rng.randrange(3, 12)]
+    lines = [f"v {x} {y} {z}" for x, y, z in points]
+    lines += [f"f {' '.join(map(str, rng.choices(range(1, 13), k=size)))}" for size in sizes]
+    return "\n".join(lines).encode()
+
+
+def _obj(rng: Random) -> bytes:
+    if rng.random() < 0.1:
+        return _outlines(rng)
+    lines = rng.choices(OBJ_SEEDS, (3, 3, 1, 3, 1))[0].split(b"\n")
+    while rng.random() < 0.6:
+        at = rng.randrange(len(lines))
         words = lines[at].split(b" ")
-        kind = int(rng.integers(5))
+        kind = rng.randrange(5)
         if kind < 2:
             lines.insert(at, _obj_line(rng))
         elif kind == 2 and len(lines) > 1:
             del lines[at]
         elif kind == 3:
-            words[int(rng.integers(len(words)))] = str(rng.choice(NUMBERS)).encode()
+            words[rng.randrange(len(words))] = rng.choice(NUMBERS).encode()
             lines[at] = b" ".join(words)
         else:
-            lines[at:at] = [lines[at]] * int(rng.integers(1, 300))
+            lines[at:at] = [lines[at]] * rng.randrange(1, 300 if rng.random() < 0.1 else 8)
     return b"\n".join(lines)
 
 
-def mesh_bytes(kind: str, rng: np.random.Generator) -> bytes:
+def mesh_bytes(kind: str, rng: Random) -> bytes:
     """One input: ``obj`` or ``ply``."""
     if rng.random() < 0.02:
         head = b"ply\nformat ascii 1.0\n" if kind == "ply" and rng.random() < 0.5 else b""
-        return head + rng.integers(0, 256, int(rng.integers(2000)), dtype=np.uint8).tobytes()
+        return head + rng.randbytes(rng.randrange(2000))
     data = bytearray(_ply(rng) if kind == "ply" else _obj(rng))
     if data and rng.random() < 0.2:
-        for _ in range(int(rng.integers(1, 4))):
-            data[int(rng.integers(len(data)))] = int(rng.integers(256))
-    return bytes(data[: int(rng.integers(len(data) + 1))] if rng.random() < 0.1 else data)
+        for _ in range(rng.randrange(1, 4)):
+            data[rng.randrange(len(data))] = rng.randrange(256)
+    return bytes(data[: rng.randrange(len(data) + 1)] if rng.random() < 0.1 else data)

@@ -35,6 +35,8 @@ DARK = 1e-3
 """Share of the truth's mean to which a dark image's pixels are looked at more closely."""
 EDGE = 0.15
 """The same of pixels beside another thing, of the brightest around: there a hair decides what is seen."""
+FARTHER = 0.01
+"""The same of the pixels next to those."""
 OFF = 3.0
 """Errors, in units of `FLOOR`, from which a pixel without noise is off."""
 
@@ -85,6 +87,8 @@ class Inputs:
         Variance of its own noise.
     judged, shaded : (h, w) bool
         Pixels that are compared; that show what reflects.
+    noise : (3, h, w) float64, optional
+        Variance of one right image, where it is not that of our estimator through pixels' centres.
     """
 
     raws: list[Raw]
@@ -93,16 +97,26 @@ class Inputs:
     error: Floats
     judged: Bools
     shaded: Bools
+    noise: Floats | None = None
 
     @classmethod
     def against(
-        cls, raws: list[Raw], quantiser: Quantiser, reference: Reference, judged: Bools | None = None
+        cls,
+        raws: list[Raw],
+        quantiser: Quantiser,
+        reference: Reference,
+        judged: Bools | None = None,
+        noise: Floats | None = None,
     ) -> Inputs:
-        """Images and what they are compared with; all pixels are unless some are ``judged``."""
+        """Images and what they are compared with; all pixels are unless some are ``judged``.
+
+        Where pixels are areas, those that are partly a surface are not.
+        """
         shaded = (reference.emitter == 0) & (reference.background == 0)
         error = (reference.standard_error**2).mean(axis=0)
-        judged = np.ones(shaded.shape, dtype=bool) if judged is None else judged
-        return cls(raws, quantiser, reference.mean, error, judged, shaded)
+        one_kind = shaded | (reference.emitter == 1) | (reference.background == 1)
+        judged = one_kind if judged is None else judged & one_kind
+        return cls(raws, quantiser, reference.mean, error, judged, shaded, noise)
 
 
 @dataclass(frozen=True)
@@ -133,8 +147,9 @@ class Case:
 
     @cached_property
     def deviation(self) -> Floats:
-        """Standard deviation (3, n) of one image's noise, as our estimator has it."""
-        return np.sqrt(self.probe.variance)
+        """Standard deviation (3, n) of one right image's noise."""
+        noise = self.given.noise
+        return np.sqrt(self.probe.variance if noise is None else self.probe.pick(noise))
 
     @cached_property
     def images(self) -> Floats:
@@ -174,7 +189,7 @@ class Case:
         if len(self.images) > 1:
             own = np.where(self.valid, self.images, 0.0).var(axis=0, ddof=1).mean(axis=0)
         else:
-            own = (self.seen**2 * self.probe.variance + self.quantiser.spread(self.truth)).mean(axis=0)
+            own = (self.seen**2 * self.deviation**2 + self.quantiser.spread(self.truth)).mean(axis=0)
         return np.asarray(own * self.lit / len(self.images))
 
     @cached_property
@@ -214,8 +229,11 @@ class Case:
     def weight(self) -> Floats:
         """One over the variance of each pixel's error (n,); 0 where it is not compared."""
         around = self.smooth(self.variance, self.shaded)
-        grey = ndimage.maximum_filter(self.probe.grid(np.abs(self.truth).mean(axis=0)), 3).ravel()
-        edge = np.where(self.beside, EDGE * grey, 0.0)
+        grey, beside = (
+            self.probe.grid(values) for values in (np.abs(self.truth).mean(axis=0), self.beside.astype(float))
+        )
+        next_to_it = np.where(ndimage.maximum_filter(beside, 3) > 0, FARTHER * ndimage.maximum_filter(grey, 5), 0.0)
+        edge = np.where(beside > 0, EDGE * ndimage.maximum_filter(grey, 3), next_to_it).ravel()
         error = around + self.probe.pick(self.given.error) + self.floor**2 + edge**2
         return np.where(self.valid, 1 / error, 0.0)
 

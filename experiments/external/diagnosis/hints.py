@@ -32,6 +32,7 @@ HINTS: dict[str, str] = {
     "half-pixel": "Do camera rays pass (x + 1/2, y + 1/2)?",
     "half-vector": "Is Blinn's half vector used where the lobe is about the mirror direction?",
     "hard-shadows": "Does every light sample have a shadow ray of its own?",
+    "indirect-light": "Do paths end at the first surface, with no diffuse bounce and no ambient estimate?",
     "jacobian-twice": "Is cos / r^2 in the sampling's weight and again in the sum?",
     "light-colour": "Is a light's colour averaged before it is used?",
     "light-cosine-squared": "Is the light's cosine in the weight of samples and again in the sum?",

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator
 
 from .camera import camera
 from .case import Case, Guess
+from .filters import drawn
+from .indirect import indirect
 from .lamps import LAMPS, POINTS
 from .objects import missing, one_thing
 from .pictures import PICTURES
@@ -17,7 +19,10 @@ Hypothesis = Callable[[Case], Iterator[Guess]]
 STAGES: tuple[tuple[Hypothesis, ...], ...] = (
     (lost_samples, *PICTURES, *LAMPS, one_thing, rules, samples_cut_off),
     (camera, missing),
+    (drawn, indirect),
     (*POINTS, *SHADOWS),
     (ends,),
 )
 """Later ones are tried where the earlier ones leave something."""
+OF_AREAS: tuple[tuple[Hypothesis, ...], ...] = ((*PICTURES, *LAMPS, one_thing, rules), (drawn, indirect))
+"""Where pixels are areas: those that need not know what else than its centre a pixel shows, but at edges."""

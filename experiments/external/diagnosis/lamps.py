@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from nusselt.renderer.lights import Light, QuadLight, SunLight
+from nusselt.renderer.lights import Light, QuadLight
 from nusselt.renderer.vectors import Floats
 
-from .beams import RIGHT
+from .beams import RIGHT, seen_as
 from .case import Case, Guess
 from .probe import Paths
 from .transport import changed, groups, said
@@ -251,31 +251,50 @@ EDGES: dict[str, Callable[[QuadLight], QuadLight]] = {
 }
 
 
-def small_lights(case: Case) -> Iterator[Guess]:
-    """Points and directions for lights with an extent; suns of another angle."""
-    probe = case.probe
-    for path in probe.paths:
+def round_lights(case: Case) -> Iterator[Guess]:
+    """Suns and disks, whose u is the squared distance from the middle and v the angle: other sizes, other points."""
+    for path in case.probe.paths:
         light = path.light
-        if isinstance(light, SunLight):
-            for times, told in ((0.5, "half the angle"), (2.0, "twice the angle")):
-                if light.angle * times < 180:
-                    other = replace(light, angle=light.angle * times)
-                    made = RIGHT.radiance(path.through(path.u, path.v, other))
-                    yield changed(case, "sun-angle", f"{said(path)} has {told}", [(path, made)])
-                    bright = (math.sin(math.radians(light.angle * times / 2)) / math.sin(light.half_angle)) ** 2
-                    told = f"{said(path)} has {told}, and its radiance is that of the right one"
-                    yield changed(case, "sun-angle", told, [(path, made * bright)])
-            for told, u, v in (
-                ("its points crowd in the middle: a square root is missing", path.u**2, path.v),
-                ("its points lie on its rim", 0 * path.u + 1, path.v),
-                ("its points lie on half of it", path.u, path.v / 2),
-                ("its points lie on the other half of it", path.u, 0.5 + path.v / 2),
-                ("it is a direction", 0 * path.u[:, :1], 0 * path.v[:, :1]),
-            ):
-                made = RIGHT.radiance(path.through(u, v))
-                yield changed(case, "sun-points", f"{said(path)}: {told}", [(path, made)])
+        if not light.has_extent or light.parallelogram() is not None:
+            continue
+        far = light.at_infinity
+        sizes, points = ("sun-angle", "sun-points") if far else ("light-shape", "light-points")
+        _, reach = light.middle()
+        for times, told in ((0.5, "half"), (2.0, "twice")):
+            wider = _wider(math.atan(reach), times) if far else times**2
+            if not wider:
+                continue
+            made = RIGHT.radiance(path.through(wider * path.u, path.v, light))
+            told = f"{said(path)} has {told} the {'angle' if far else 'radius'}"
+            yield changed(case, sizes, told, [(path, made)])
+            yield changed(case, sizes, f"{told}, and its radiance is that of the right one", [(path, made * wider)])
+        for told, u, v in (
+            ("its points crowd in the middle: a square root is missing", path.u**2, path.v),
+            ("its points lie on its rim", 0 * path.u + 1, path.v),
+            ("it is a direction" if far else "it is a point", 0 * path.u[:, :1], 0 * path.v[:, :1]),
+        ):
+            made = RIGHT.radiance(path.through(u, v))
+            yield changed(case, points, f"{said(path)}: {told}", [(path, made)])
+        halves = [
+            changed(case, points, f"{said(path)}: its points lie on half of it", [part], 1) for part in _halves(path)
+        ]
+        yield min(halves, key=lambda guess: case.distance(guess.prediction))
 
 
+def _halves(path: Paths) -> Iterator[tuple[Paths, Floats]]:
+    """Light of half of a round light, cut at some angle: of those samples that lie there, twice."""
+    for start in np.arange(HALVES) / HALVES:
+        there = 2.0 * ((path.v - start) % 1 < 0.5)
+        yield path, RIGHT.radiance(seen_as(path.beams, path.beams.seen * there))
+
+
+def _wider(half: float, times: float) -> float:
+    """How many times as large the projected disk of another angle is; 0 where that is beyond the horizon."""
+    return (math.sin(half * times) / math.sin(half)) ** 2 if half * times < math.pi / 2 else 0.0
+
+
+HALVES = 16
+"""Angles at which a round light is cut in half."""
 LAMPS = (light_scale, each_light, grey_lights)
-POINTS = (light_points, small_lights)
+POINTS = (light_points, round_lights)
 """They need shadow rays of their own."""

@@ -1,18 +1,18 @@
-"""Mistakes made after the light was right: gain, curves, clamps, channels, levels, filters, dark corners."""
+"""Mistakes made after the light was right: gain, clamps, channels, levels, dark corners, patterns."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
-from scipy import ndimage
 
 from nusselt.experiments.images.transfer import RULES, Quantiser, Transfer
-from nusselt.renderer.vectors import Floats
 
 from .case import Case, Guess
+from .curves import curves, followed
+from .filters import filters
 from .lamps import in_words
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -73,33 +73,6 @@ def ambient(case: Case) -> Iterator[Guess]:
         yield Guess("contrast", factor * parts[0] + value * parts[1], told, 2)
 
 
-CURVES: dict[tuple[str, str], Callable[[Floats], Floats]] = {
-    ("gamma", "encoded as sRGB"): Transfer("srgb").encode,
-    ("gamma", "decoded from sRGB once too often"): lambda x: np.asarray(Transfer("srgb").decode(x)),
-    ("gamma", "encoded with gamma 2.2"): lambda x: np.maximum(x, 0) ** (1 / 2.2),
-    ("gamma", "decoded with gamma 2.2 once too often"): lambda x: np.maximum(x, 0) ** 2.2,
-    ("tone-curve", "Reinhard's curve, x / (1 + x)"): lambda x: x / (1 + x),
-    ("tone-curve", "Reinhard's curve, encoded with gamma 2.2"): lambda x: (x / (1 + x)) ** (1 / 2.2),
-    ("tone-curve", "1 - exp(-x)"): lambda x: 1 - np.exp(-x),
-    ("tone-curve", "the ACES curve as Narkowicz fits it"): lambda x: np.clip(
-        x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0, 1
-    ),
-    ("tone-curve", "sRGB after the ACES curve"): lambda x: Transfer("srgb").encode(
-        np.clip(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0, 1)
-    ),
-    ("tone-curve", "logarithm, log(1 + x)"): np.log1p,
-}
-
-
-def curves(case: Case) -> Iterator[Guess]:
-    """A transfer or tone curve too many, or too few."""
-    truth = np.maximum(case.truth, 0)
-    for (name, told), curve in CURVES.items():
-        yield Guess(name, curve(truth), told)
-    power = case.nearest(lambda g: truth ** (1 / g), np.geomspace(0.3, 3.3, 25))
-    yield Guess("gamma", truth ** (1 / power), f"encoded with gamma {power:.3g}: v^(1/{power:.3g})", 1)
-
-
 def cut_off(case: Case) -> Iterator[Guess]:
     """Values above some are that."""
     truth = case.truth
@@ -135,40 +108,6 @@ def rounding(case: Case) -> Iterator[Guess]:
         yield Guess("rounding", lit, f"values of surfaces are {RULES[eight.rule]}")
 
 
-def _mean(size: int) -> Callable[[Floats], Floats]:
-    return lambda image: ndimage.uniform_filter(image, (1, size, size), mode="nearest")
-
-
-def _gauss(sigma: float) -> Callable[[Floats], Floats]:
-    return lambda image: ndimage.gaussian_filter(image, (0, sigma, sigma), mode="nearest")
-
-
-FILTERS: dict[str, Callable[[Floats], Floats]] = {
-    "the mean of 3 x 3 pixels": _mean(3),
-    "the mean of 5 x 5 pixels": _mean(5),
-    "the mean of 2 x 2 pixels": _mean(2),
-    "the median of 3 x 3 pixels": lambda image: ndimage.median_filter(image, (1, 3, 3), mode="nearest"),
-    "the median of 5 x 5 pixels": lambda image: ndimage.median_filter(image, (1, 5, 5), mode="nearest"),
-    "a Gaussian of half a pixel": _gauss(0.5),
-    "a Gaussian of a pixel": _gauss(1.0),
-    "a Gaussian of two pixels": _gauss(2.0),
-    "sharpened: twice the image less its mean of 3 x 3": lambda image: 2 * image - _mean(3)(image),
-}
-
-
-def filters(case: Case) -> Iterator[Guess]:
-    """Pixels mixed with their neighbours."""
-    for told, change in FILTERS.items():
-        image = case.probe.pick(change(case.given.mean))
-        yield Guess("filter", image, f"pixels are filtered: {told}")
-        lit = np.where(case.lit, image, case.truth)
-        yield Guess("filter", lit, f"pixels of surfaces are filtered: {told}")
-    mean = case.probe.pick(_mean(3)(case.given.mean))
-    (share,) = case.combined((mean - case.truth)[None], case.truth)
-    told = f"pixels are filtered: {share:.3g} of the way to the mean of 3 x 3 pixels"
-    yield Guess("filter", case.truth + share * (mean - case.truth), told, 1)
-
-
 def corners(case: Case) -> Iterator[Guess]:
     """Darker or brighter towards the corners by powers of the cosine to the line of sight."""
     scene = case.probe.scene
@@ -200,4 +139,4 @@ def patterns(case: Case) -> Iterator[Guess]:
         yield Guess("pattern", case.truth + size * part, f"{told}: {size:+.2%}", 1)
 
 
-PICTURES = (gain, mixed, ambient, curves, cut_off, rounding, filters, corners, patterns)
+PICTURES = (gain, mixed, ambient, curves, followed, cut_off, rounding, filters, corners, patterns)

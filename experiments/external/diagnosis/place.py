@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy import ndimage
@@ -14,6 +15,8 @@ from nusselt.renderer.words import count
 from .case import Case
 from .objects import bodies
 from .transport import said
+
+Kind = Literal["thing", "tile", "else"]
 
 MOST = 0.8
 """Share of the difference from which a place holds it."""
@@ -29,9 +32,17 @@ BLOCK = 16
 """Pixels a side of the tiles that are looked at alone."""
 BESIDE = 2
 """Pixels about a thing."""
-ABOUT = "in the pixels about"
 NAMED = 5
 """Pixels that are named."""
+
+
+@dataclass(frozen=True)
+class Region:
+    """Pixels (n,), and words for them."""
+
+    words: str
+    mask: Bools
+    kind: Kind = "else"
 
 
 @dataclass(frozen=True)
@@ -48,12 +59,15 @@ class Place:
         Share of the compared pixels.
     change : float
         Mean difference there over the truth's mean there; NaN where that is black.
+    kind : {"thing", "tile", "else"}
+        What it is a place of.
     """
 
     where: str
     share: float
     pixels: float
     change: float
+    kind: Kind = "else"
 
     @property
     def said(self) -> str:
@@ -73,17 +87,16 @@ def places(case: Case) -> tuple[Place, ...]:
         return ()
     valid = max(int(case.valid.sum()), 1)
     found = []
-    for where, mask in _regions(case):
-        some = mask & case.valid
+    for region in _regions(case):
+        some = region.mask & case.valid
         share, pixels = float(left[some].sum()) / total, float(some.sum()) / valid
         if pixels and share > PART and share > LIFT * pixels:
-            found.append(Place(where, min(share, 1.0), pixels, _change(case, some)))
-    holding = sorted((one for one in found if one.share >= MOST), key=lambda one: one.pixels)
-    tiles = [one for one in holding if one.where.startswith(ABOUT)]
-    holding = [one for one in holding if one not in tiles][:2]
-    if tiles and not (holding and holding[0].pixels < 2 * tiles[0].pixels):
-        holding.insert(0, tiles[0])
-    things = [one for one in found if " mesh " in one.where or " sphere " in one.where]
+            found.append(Place(region.words, min(share, 1.0), pixels, _change(case, some), region.kind))
+    tiles, things = ([one for one in found if one.kind == kind] for kind in ("tile", "thing"))
+    holding = sorted((one for one in found if one.share >= MOST and one not in tiles), key=lambda one: one.pixels)[:2]
+    held = [one for one in tiles if one.share >= MOST]
+    if held and not (holding and holding[0].pixels < 2 * held[0].pixels):
+        holding.insert(0, held[0])
     if not any(one in things for one in holding):  # and the thing that most of it is on
         holding += sorted(things, key=lambda one: one.pixels - one.share)[:1]
     return tuple(holding) or tuple(sorted(found, key=lambda one: one.pixels - one.share)[:2])
@@ -105,12 +118,12 @@ def _beyond_noise(case: Case) -> tuple[Floats, float]:
     return np.asarray(product / scale), float(error)
 
 
-def _regions(case: Case) -> Iterator[tuple[str, Bools]]:
+def _regions(case: Case) -> Iterator[Region]:
     probe = case.probe
     sight = probe.sight
-    yield "in lights that are seen", sight.light >= 0
-    yield "on the background", sight.surface < 0
-    yield "at the edges of things", case.beside
+    yield Region("in lights that are seen", sight.light >= 0)
+    yield Region("on the background", sight.surface < 0)
+    yield Region("at the edges of things", case.beside)
     lit = sight.lit
 
     def of_points(some: Bools) -> Bools:
@@ -119,10 +132,10 @@ def _regions(case: Case) -> Iterator[tuple[str, Bools]]:
         return mask
 
     for thing in bodies(probe):
-        yield f"on {thing.said}", thing.shown & case.lit
+        yield Region(f"on {thing.said}", thing.shown & case.lit, "thing")
         near = ndimage.binary_dilation(probe.grid(thing.shown.astype(float)), iterations=BESIDE).ravel()
-        yield f"on and about {thing.said}", near
-        yield f"at the edges of {thing.said}", near & case.beside
+        yield Region(f"on and about {thing.said}", near, "thing")
+        yield Region(f"at the edges of {thing.said}", near & case.beside, "thing")
     for path in probe.paths:
         bare = path.unshadowed
         would = (bare.worth * np.maximum(bare.cosine, 0)).max(axis=1) > 0
@@ -130,16 +143,16 @@ def _regions(case: Case) -> Iterator[tuple[str, Bools]]:
         kinds = {"half shadow": (seen > 0) & (seen < 1), "full shadow": seen == 0, "open light": seen == 1}
         for kind, some in kinds.items():
             if kind != "open light":
-                yield f"in the {kind} of {said(path)}", of_points(some & would)
+                yield Region(f"in the {kind} of {said(path)}", of_points(some & would))
             elif len(probe.paths) > 1:
-                yield f"where {said(path)} is open", of_points(some & would)
-        yield f"in the shadows of {said(path)}", of_points((seen < 1) & would)
-        yield f"on what faces away from {said(path)}", of_points(~would)
-    yield "on glossy things", of_points(sight.points.specular.max(axis=0, initial=0) > 0)
+                yield Region(f"where {said(path)} is open", of_points(some & would))
+        yield Region(f"in the shadows of {said(path)}", of_points((seen < 1) & would))
+        yield Region(f"on what faces away from {said(path)}", of_points(~would))
+    yield Region("on glossy things", of_points(sight.points.specular.max(axis=0, initial=0) > 0))
     yield from _stripes(case)
 
 
-def _stripes(case: Case) -> Iterator[tuple[str, Bools]]:
+def _stripes(case: Case) -> Iterator[Region]:
     """The row, the column and the tile that are off most."""
     squares = np.where(case.valid, case.right.squares, 0.0)
     grid = case.probe.grid(squares)
@@ -147,13 +160,13 @@ def _stripes(case: Case) -> Iterator[tuple[str, Bools]]:
         case.probe.grid(v.ravel().astype(float)).astype(int) for v in (case.probe.rows, case.probe.columns)
     )
     row, column = int(grid.sum(axis=1).argmax()), int(grid.sum(axis=0).argmax())
-    yield f"in row {rows[row].min()}", _mask(grid.shape, (slice(row, row + 1), slice(None)))
-    yield f"in column {columns[:, column].min()}", _mask(grid.shape, (slice(None), slice(column, column + 1)))
+    yield Region(f"in row {rows[row].min()}", _mask(grid.shape, (slice(row, row + 1), slice(None))))
+    yield Region(f"in column {columns[:, column].min()}", _mask(grid.shape, (slice(None), slice(column, column + 1))))
     around = ndimage.uniform_filter(grid, BLOCK, mode="constant")
     y, x = np.unravel_index(int(around.argmax()), grid.shape)
     top, left = max(int(y) - BLOCK // 2, 0), max(int(x) - BLOCK // 2, 0)
-    told = f"{ABOUT} column {columns[0, x]}, row {rows[y, 0]}"
-    yield told, _mask(grid.shape, (slice(top, top + BLOCK), slice(left, left + BLOCK)))
+    told = f"in the pixels about column {columns[0, x]}, row {rows[y, 0]}"
+    yield Region(told, _mask(grid.shape, (slice(top, top + BLOCK), slice(left, left + BLOCK))), "tile")
 
 
 def _mask(shape: tuple[int, ...], some: tuple[slice, slice]) -> Bools:
@@ -186,4 +199,5 @@ def _single_pixels(case: Case) -> Place | None:
     more = f" and {off.sum() - NAMED} more" if off.sum() > NAMED else ""
     words = f"in {count(int(off.sum()), 'single pixel')}, (column, row) {named}{more}"
     right = float(given.mean[:, off].mean())
-    return Place(words, min(share, 1.0), pixels, float(step[:, off].mean()) / right if right > 0 else float("nan"))
+    change = float(step[:, off].mean()) / right if right > 0 else float("nan")
+    return Place(words, min(share, 1.0), pixels, change)

@@ -189,6 +189,12 @@ class Probe:
         out[:, self.sight.lit] += self.lit_by(self.paths)
         return np.asarray(out.var(axis=2, ddof=1))
 
+    @cached_property
+    def swing(self) -> Floats:
+        """How far each pass of the right light is from their mean, (3, m, passes) at what is lit."""
+        light = self.lit_by(self.paths)
+        return np.asarray(light - light.mean(axis=2, keepdims=True))
+
     def _stride(self, tests: int) -> int:
         """Pixels from one to the next, so that samples and their tests against triangles stay within bounds."""
         pairs = self.samples * self.passes * max(1, len(self.scene.lights))
@@ -256,6 +262,10 @@ class Probe:
         out = np.repeat(sight.emission[:, :, None], light.shape[2], axis=2)
         out[:, sight.lit] += light
         return out
+
+    def arriving_at(self, sight: Sight, samples: int) -> Floats:
+        """Right reflected radiance (3, n) at any points, of so many samples of every light."""
+        return np.asarray(self.lit_by(self._paths(sight, samples, 1)).mean(axis=2))
 
     def grid(self, values: Floats) -> Floats:
         """Values (..., n) by rows and columns of cells."""

@@ -269,11 +269,20 @@ VARIANTS = (*WEIGHTS, *LOBES, *ALBEDOS)
 
 
 def changed(case: Case, name: str, detail: str, parts: Sequence[tuple[Paths, Floats]], fitted: int = 0) -> Guess:
-    """The truth with some lights' light (3, n, passes) in place of the right."""
-    prediction = case.truth.copy()
-    step = sum((other - path.right for path, other in parts), np.zeros((1, 1, 1)))
-    lit = case.probe.sight.lit
-    prediction[:, lit] += step.mean(axis=2)
+    """The truth with some lights' light (3, n, passes) in place of the right.
+
+    Where it is that of all lights, the right light, known without noise, takes off as much noise as it can: it is a
+    control variate, and the other light of a dark image has a part of its noise alone.
+    """
+    prediction, lit = case.truth.copy(), case.probe.sight.lit
+    nothing = np.zeros((1, 1, 1))
+    other, right = sum((new for _, new in parts), nothing), sum((path.right for path, _ in parts), nothing)
+    share = 1.0
+    noise = float((case.probe.swing**2).sum()) if len(parts) == len(case.probe.paths) else 0.0
+    if noise > 0:
+        share = max(float((other * case.probe.swing).sum()) / noise, 0.0)
+    step = other - share * right
+    prediction[:, lit] += step.mean(axis=2) - (1 - share) * (case.truth - case.probe.sight.emission)[:, lit]
     error = np.zeros(case.truth.shape[1])
     if step.shape[2] > 1:
         error[lit] = (step.var(axis=2, ddof=1) / step.shape[2]).mean(axis=0)

@@ -162,11 +162,12 @@ def write_exr(path: Path, radiance: Floats) -> None:
     write_channels(path, dict(zip("RGB" if len(radiance) == 3 else "Y", radiance, strict=True)))
 
 
-def write_channels(path: Path, channels: Mapping[str, np.ndarray[Any, Any]]) -> None:
+def write_channels(path: Path, channels: Mapping[str, np.ndarray[Any, Any]], comments: str = "") -> None:
     """Channels (h, w) by name, `LAYER.R` and the like, in float32 and one part: every viewer opens it."""
     import OpenEXR
 
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    header |= {"comments": comments} if comments else {}
     pixels = {name: np.ascontiguousarray(values, dtype=np.float32) for name, values in channels.items()}
     try:
         with quiet(), OpenEXR.File(header, pixels) as file:

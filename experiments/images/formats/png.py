@@ -1,4 +1,4 @@
-"""PNG with 8 or 16 bits."""
+"""PNG of every kind: grey, colours or a palette, 1 to 16 bits, with alpha or without, in rows or interlaced."""
 
 from __future__ import annotations
 
@@ -16,14 +16,16 @@ from numpy.typing import NDArray
 
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.vectors import Floats
+from nusselt.renderer.words import count
 
 from . import primaries
 from .raw import Format, Raw, Wanted, check_size, refuse, three_channels
 
 PLAIN = {"1": "L", "L": "L", "P": "RGB", "RGB": "RGB", "LA": "LA", "RGBA": "RGBA", "PA": "RGBA"}
 """Pillow's mode for eight bits, and what it is read as."""
-WIDE = {"RGB;16B": ("RGB", "RGB;16L"), "RGBA;16B": ("RGBA", "RGBA;16L"), "LA;16B": ("LA", None)}
-"""Sixteen bits, of which Pillow keeps the high byte. Told that the bytes are the other way round, it keeps the low."""
+WIDE = {"RGB;16B": "RGB;16L", "RGBA;16B": "RGBA;16L", "LA;16B": "RGBA"}
+"""Sixteen bits, of which Pillow keeps the high byte. Told that the bytes are the other way round, it keeps the low;
+told that grey with alpha is four numbers of eight bits, it keeps both."""
 
 
 CHUNKS = 1 << 17
@@ -60,8 +62,7 @@ def _decode(path: Path, wanted: tuple[int, int]) -> NDArray[Any]:
         kind = str(image.tile[0].args) if image.tile else image.mode
         if kind in WIDE:
             image.load()
-            high = np.asarray(image, dtype=np.uint16)
-            return high << 8 | _low_bytes(path, kind)
+            return _wide(np.asarray(image, dtype=np.uint16), path, kind)
         if image.mode.startswith("I"):
             return np.asarray(image).astype(np.uint16)
         if image.mode not in PLAIN:
@@ -69,13 +70,12 @@ def _decode(path: Path, wanted: tuple[int, int]) -> NDArray[Any]:
         return np.asarray(image.convert(PLAIN[image.mode]))
 
 
-def _low_bytes(path: Path, kind: str) -> NDArray[Any]:
-    swapped = WIDE[kind][1]
-    if swapped is None:
-        raise refuse(path, "16-bit grey with alpha", "grey or RGB in 8 or 16 bits, or RGB with alpha")
+def _wide(high: NDArray[np.uint16], path: Path, kind: str) -> NDArray[np.uint16]:
+    """Sixteen bits, of what Pillow made of them and of what it makes when told otherwise."""
     with PIL.Image.open(path, formats=["PNG"]) as image:
-        image.tile = [entry._replace(args=swapped) for entry in image.tile]
-        return np.asarray(image, dtype=np.uint16)
+        image.tile = [entry._replace(args=WIDE[kind]) for entry in image.tile]
+        told = np.asarray(image, dtype=np.uint16)
+    return np.asarray(told[..., ::2] << 8 | told[..., 1::2] if kind == "LA;16B" else high << 8 | told, dtype=np.uint16)
 
 
 def _chunks(path: Path) -> Iterator[tuple[bytes, bytes]]:
@@ -97,7 +97,11 @@ def _chunks(path: Path) -> Iterator[tuple[bytes, bytes]]:
 
 def _said(chunks: dict[bytes, bytes]) -> tuple[tuple[str, ...], str]:
     """What chunks say of the picture, and of its levels' curve: of several the one that counts."""
-    notes = []
+    notes, (depth, colour) = [], chunks.get(b"IHDR", bytes(10))[8:10]
+    if colour == 3:
+        notes.append("the colours of its palette are taken for levels of eight bits")
+    elif depth < 8:
+        notes.append(f"its grey of {count(depth, 'bit')} is taken for levels of eight")
     if b"tRNS" in chunks:
         notes.append("its tRNS chunk (what is transparent) is left out")
     if b"acTL" in chunks:

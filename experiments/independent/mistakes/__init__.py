@@ -10,6 +10,7 @@ from .pictures import PICTURES
 from .radiometry import RADIOMETRY
 from .sampling import NOISE, SAMPLING
 from .surfaces import SURFACES
+from .traps import TRAPS
 from .visibility import VISIBILITY
 
 KINDS: dict[str, tuple[Mistake, ...]] = {
@@ -21,6 +22,7 @@ KINDS: dict[str, tuple[Mistake, ...]] = {
     "surfaces": SURFACES,
     "camera": CAMERA,
     "pictures": PICTURES,
+    "traps": TRAPS,
     "sampling": SAMPLING,
     "noise": NOISE,
 }

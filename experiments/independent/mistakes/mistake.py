@@ -32,6 +32,8 @@ class Mistake:
         By what.
     strata : bool
         Whether samples are one in each cell of a grid, for those that show only so, or only otherwise.
+    pixels : {"centres", "jittered", "areas"}
+        Whether every sample has a camera ray of its own; whether images are then judged as areas, or against centres.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Mistake:
     hook: str
     step: Step
     strata: bool = True
+    pixels: str = "centres"
 
     @property
     def steps(self) -> Steps:

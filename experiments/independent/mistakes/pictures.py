@@ -21,7 +21,7 @@ def _pattern(weight: Step) -> Step:
     return where_shaded(change)
 
 
-def _windows(image: Floats, side: int) -> Floats:
+def windows(image: Floats, side: int) -> Floats:
     """All pixels of the square about each, (3, h, w, side^2); the edge repeats."""
     reach = side // 2
     wider = np.pad(image, ((0, 0), (reach, reach), (reach, reach)), mode="edge")
@@ -190,26 +190,22 @@ PICTURES = (
     Mistake(
         "two rows exchanged", "in the middle", "ball", "finished", everywhere(lambda x: x[:, _exchanged(x.shape[1])])
     ),
-    Mistake(
-        "blur 3 x 3", "the mean of a square", "ball", "finished", everywhere(lambda x: _windows(x, 3).mean(axis=3))
-    ),
-    Mistake(
-        "blur 5 x 5", "the mean of a square", "ball", "finished", everywhere(lambda x: _windows(x, 5).mean(axis=3))
-    ),
+    Mistake("blur 3 x 3", "the mean of a square", "ball", "finished", everywhere(lambda x: windows(x, 3).mean(axis=3))),
+    Mistake("blur 5 x 5", "the mean of a square", "ball", "finished", everywhere(lambda x: windows(x, 5).mean(axis=3))),
     Mistake(
         "blur in the floor",
         "the mean of a square, but of lights",
         "floor",
         "finished",
-        where_shaded(lambda x: _windows(x, 3).mean(axis=3)),
+        where_shaded(lambda x: windows(x, 3).mean(axis=3)),
     ),
-    Mistake("median 3 x 3", "of a square", "ball", "finished", everywhere(lambda x: np.median(_windows(x, 3), axis=3))),
+    Mistake("median 3 x 3", "of a square", "ball", "finished", everywhere(lambda x: np.median(windows(x, 3), axis=3))),
     Mistake(
         "sharpened",
         "a fifth of what a blur takes away is added",
         "ball",
         "finished",
-        everywhere(lambda x: 1.2 * x - 0.2 * _windows(x, 3).mean(axis=3)),
+        everywhere(lambda x: 1.2 * x - 0.2 * windows(x, 3).mean(axis=3)),
     ),
     Mistake("sums in half floats", "two hundred passes", "ball", "finished", everywhere(_in_half)),
     Mistake("eight bits, dithered", "given as radiance", "ball", "finished", _dithered),

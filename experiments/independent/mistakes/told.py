@@ -153,6 +153,13 @@ TOLD: dict[str, tuple[str, ...]] = {
     "more saturation": ("saturation",),
     "white balance": ("channel-scale",),
     "contrast": ("contrast",),
+    "indirect light": ("indirect-light",),
+    "indirect light in a room": ("indirect-light",),
+    "AgX": ("tone-curve",),
+    "AgX, decoded": ("tone-curve",),
+    "filmic curve": ("tone-curve",),
+    "sRGB": ("gamma",),
+    "bilateral filter": ("filter",),
     "checkerboard 10 %": ("pattern",),
     "checkerboard 2 %": ("pattern",),
     "odd rows 2 %": ("pattern",),
@@ -178,8 +185,9 @@ TOLD: dict[str, tuple[str, ...]] = {
     "over n + 1": SCALE,
     "samples cut off": ("clamped-highlights",),
 }
-"""By the mistake's name; those of light points are `LIGHT_POINTS` where they are not here."""
-LIGHT_POINTS = ("light-points", "light-shape")
+"""By the mistake's name."""
+OF_KIND_NAMED: dict[str, tuple[str, ...]] = {"lights": ("light-points", "light-shape"), "traps": ("filter",)}
+"""The same of a kind, for those that are not in `TOLD`."""
 
 WHERE: dict[str, tuple[str, ...]] = {
     "ambient in the shadows": (*SHADOWS, "mesh 2"),
@@ -242,4 +250,4 @@ def places_of(mistake: str, kind: str) -> tuple[str, ...]:
 
 def names_of(mistake: str, kind: str) -> tuple[str, ...]:
     """The names that are right."""
-    return TOLD.get(mistake, LIGHT_POINTS if kind == "lights" else ())
+    return TOLD.get(mistake, OF_KIND_NAMED.get(kind, ()))

@@ -31,19 +31,21 @@ from nusselt.renderer.errors import InputError
 from .material import Material
 from .plots import ErrorFigure, p_histogram
 
+LAYERS = ("ours", "reference", "mistaken", "difference")
+"""Both sides, the reference with the mistake in it that was named, and the two sides' difference."""
 THUMBNAIL = 112
 """Pixels of a row's small picture, across."""
 
 
 def layers(material: Material, row: Row) -> dict[str, Any]:
-    """A row's images: radiance of both sides (3, h, w), their difference in standard errors (1, h, w).
+    """A row's images, those of `LAYERS` that it has: (3, h, w), the difference (1, h, w) in standard errors.
 
     Raises
     ------
     InputError
         If they cannot be read, or are not of one size.
     """
-    paths = {name: material.image(row, f"{name}_exr") for name in ("ours", "reference", "difference")}
+    paths = {name: material.image(row, f"{name}_exr") for name in LAYERS}
     found = {name: exr_planes(path) for name, path in paths.items() if path}
     shapes = {layer.shape[1:] for layer in found.values()}
     if len(shapes) > 1:

@@ -89,7 +89,7 @@ def pack(layers: dict[str, Floats], factor: int) -> Packed:
     Parameters
     ----------
     layers : dict
-        "ours", "reference" (3, h, w) and "difference" (1, h, w); the last two may be missing.
+        "ours", "reference", "mistaken" (3, h, w) and "difference" (1, h, w); all but the first may be missing.
     factor : int
     """
     known, blobs = {}, {}

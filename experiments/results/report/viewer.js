@@ -93,6 +93,7 @@ class Viewer {
     const colour = (layer) => [0, 1, 2].map((c) => rounded(layer[c * n + i])).join("  ");
     const lines = [`x ${x * factor}, y ${y * factor}   ${this.root.dataset.whose} ${colour(this.layers.ours)}`];
     if (this.layers.reference) lines[0] += `   reference ${colour(this.layers.reference)}`;
+    if (this.layers.mistaken) lines[0] += `   with mistake ${colour(this.layers.mistaken)}`;
     const last = [];
     if (this.layers.difference) last.push(`difference ${signed(this.layers.difference[i])} standard errors`);
     if (this.tiles) {
@@ -112,6 +113,7 @@ class Viewer {
       this.point(clamp(x + by * step[0], 0, this.info.width - 1), clamp(y + by * step[1], 0, this.info.height - 1));
       this.show();
     } else if (name === "f" || name === " ") this.view = this.view === "ours" ? "reference" : "ours";
+    else if (name === "m" && this.layers.mistaken) this.view = "mistaken";
     else if (name === "d") this.view = "difference";
     else if (name === "t") this.view = "tiles";
     else if (name === "e") { this.exposure.value = Number(this.exposure.value) + (event.shiftKey ? -0.5 : 0.5); this.paint(); }

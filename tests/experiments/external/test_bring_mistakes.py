@@ -19,8 +19,8 @@ from nusselt.experiments.images.transfer import Quantiser, Transfer
 from nusselt.experiments.independent.mistakes import KINDS, MISTAKES
 from nusselt.experiments.independent.mistakes.told import names_of, places_of
 from nusselt.experiments.independent.steps import RIGHT
-from nusselt.experiments.studies.brought_images import scene_named, truth_of
-from nusselt.experiments.studies.planted_images import SAMPLES, images_of
+from nusselt.experiments.studies.brought_images import scene_named, text_of, truth_of
+from nusselt.experiments.studies.planted_images import SAMPLES, images_of, rule_of
 from nusselt.experiments.studies.planted_mistakes import COURSE, inputs, tell
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
@@ -50,6 +50,9 @@ NAMED = (
     "eight bits, truncated",
     "luminance",
     "Reinhard",
+    "indirect light",
+    "AgX, decoded",
+    "filmic curve",
 )
 PLACED = ("normals by the matrix", "one pixel ten times as bright", "a black row", "rotation the other way")
 """Of the independent renderer; `nusselt run planted-images` tries all."""
@@ -58,7 +61,7 @@ PLACED = ("normals by the matrix", "one pixel ten times as bright", "a black row
 def brought(name: str, steps=None, seeds=(1, 2)):
     """Inputs of a mistake's scene, by its steps or by others."""
     mistake = next(one for one in MISTAKES if one.name == name)
-    scene = scene_named(mistake.scene, WIDTH)
+    scene = scene_named(mistake.scene, WIDTH, rule_of(mistake))
     images = images_of(mistake, mistake.steps if steps is None else steps, WIDTH, seeds)
     raws = [Raw(image.transpose(2, 0, 1)) for image in images]
     return scene, Inputs.against(raws, RADIANCE, truth_of(scene)), mistake.strata
@@ -73,6 +76,19 @@ def test_a_mistake_is_told_by_its_name(name):
     assert found.mistakes[0].name in names_of(name, kind), found.mistakes
     assert found.mistakes[0].explained > 0.85
     assert found.mistakes[0].hint
+
+
+@pytest.mark.parametrize("name", ["Blackman-Harris 2, areas", "Blackman-Harris 1.5, jittered"])
+def test_a_reconstruction_filter_wider_than_a_pixel_is_told(name):
+    scene, given, strata = brought(name, seeds=range(1, 9))
+    (told,) = {mistake.name for mistake in diagnose(scene, given, SAMPLES, strata).mistakes}
+    assert told == "filter"
+
+
+def test_right_areas_are_told_nothing():
+    scene, given, strata = brought("Blackman-Harris 2, areas", RIGHT, range(1, 9))
+    assert scene.spp > 1
+    assert diagnose(scene, given, SAMPLES, strata).mistakes == ()
 
 
 @pytest.mark.parametrize("name", PLACED)
@@ -160,7 +176,7 @@ sun .6 1.5 1  .9 .85 .7  6
 def test_every_name_has_a_hint_and_every_hint_a_name():
     scene = parse_scene(RICH)
     truth = truth_of(scene)
-    names = {"correlated-seeds", "lost-samples", "half-pixel"}
+    names = {"correlated-seeds", "lost-samples", "half-pixel", "indirect-light"}  # where they may be alone
     moved = np.roll(truth.mean, 1, axis=1)
     for image in (1.3 * truth.mean, moved, to_levels((truth.mean + moved) / 2)):
         quantiser = COURSE if image.dtype == np.uint8 else RADIANCE
@@ -168,3 +184,17 @@ def test_every_name_has_a_hint_and_every_hint_a_name():
         with np.errstate(all="ignore"):
             names |= {guess.name for stage in STAGES for hypothesis in stage for guess in hypothesis(case)}
     assert names == set(HINTS)
+
+
+def test_disks_are_told_as_suns_are():
+    text = text_of("sun")
+    scene = parse_scene(text.replace("sun .6 1.5 1  .9 .85 .7  4", "diskLight .6 2.5 1  0 -1 0  .4  6 6 5"))
+    small = scene.with_(width=48, height=36)
+    (light,) = small.lights
+    image = render(
+        small.with_(lights=(replace(light, radius=0.8),)), Area(samples=16, stratified=True), seed=3, passes=2
+    )
+    given = Inputs.against([Raw(image.mean), Raw(image.first)], RADIANCE, truth_of(small))
+    (told, *_) = diagnose(small, given, 16, True).mistakes
+    assert told.name == "light-shape"
+    assert "twice the radius" in told.detail

@@ -14,6 +14,7 @@ from builders import floor, lamp, scene
 from test_cli import SMALL, run
 
 import nusselt
+from nusselt.experiments.images.formats.exr import exr_planes
 from nusselt.experiments.workers import PatientPool
 from nusselt.renderer.estimators import Area
 
@@ -68,6 +69,28 @@ def test_images_may_be_arrays_files_or_both(tmp_path):
     results.write(tmp_path / "out")
     assert (tmp_path / "out" / "open" / "brought.exr").exists()
     assert (tmp_path / "out" / "results.json").exists()
+
+
+def test_the_report_shows_the_truth_with_the_mistake_that_is_named(tmp_path):
+    results = nusselt.check(OPEN, images=[1.1 * ours(OPEN, 9, seed) for seed in (1, 2)], margin=0.02)
+    results.write(tmp_path / "out")
+    shown, truth = (exr_planes(tmp_path / "out" / "open" / f"{name}.exr") for name in ("mistaken", "reference"))
+    assert np.abs(shown - truth).max() > 0
+    np.testing.assert_allclose(shown, 1.1 * truth, rtol=0.02)
+    nusselt.write_report(tmp_path / "out", tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert 'value="mistaken"' in page
+    assert "the reference rendered with gain" in page
+    assert "A right image would be given a name in at most 2" in page
+    assert 0 < results.row["likely_mistakes"][0]["named_wrongly"] < 0.05
+
+
+def test_no_mistake_is_shown_where_none_is_named(tmp_path):
+    results = nusselt.check(OPEN, images=[ours(OPEN, 9, seed) for seed in (1, 2)], margin=0.02)
+    results.write(tmp_path / "out")
+    assert not (tmp_path / "out" / "open" / "mistaken.exr").exists()
+    nusselt.write_report(tmp_path / "out", tmp_path / "page.html")
+    assert 'value="mistaken"' not in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
 def test_a_function_is_a_renderer_and_a_wrong_one_is_told_from_a_right_one():

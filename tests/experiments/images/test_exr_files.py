@@ -12,7 +12,7 @@ import OpenEXR
 import pytest
 from builders import floor, lamp, scene
 from exr_bytes import attribute, exr_bytes
-from fuzz_images import HALVES
+from image_inputs import HALVES
 
 from nusselt.experiments.images.formats.chroma import FILTER, doubled, from_luminance
 from nusselt.experiments.images.formats.primaries import REC709, SPACES, luminance_weights

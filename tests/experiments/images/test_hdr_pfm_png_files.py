@@ -260,6 +260,52 @@ def test_what_chunks_say_of_the_curve_is_quoted(tmp_path, chunks, encoding, note
     assert bool(said(path)) == bool(note)
 
 
+ADAM7 = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
+"""Of each pass of an interlaced file: first column, first row, steps."""
+KINDS = [(d, c) for c, depths in ((0, (1, 2, 4, 8, 16)), (3, (1, 2, 4, 8))) for d in depths]
+KINDS += [(d, c) for c in (2, 4, 6) for d in (8, 16)]
+
+
+def filtered_rows(samples: np.ndarray, depth: int) -> bytes:
+    """Samples (h, w, c) of so many bits, each byte less the one of the pixel before: filter 1."""
+    bits = samples[..., None] >> np.arange(depth)[::-1] & 1
+    rows = np.packbits(bits.reshape(len(samples), -1).astype(np.uint8), axis=1)
+    before = np.pad(rows, ((0, 0), (max(depth * samples.shape[2] // 8, 1), 0)))[:, : rows.shape[1]]
+    return b"".join(b"\1" + row.tobytes() for row in rows - before)
+
+
+def png(samples: np.ndarray, depth: int, colour: int, interlace: bool, *chunks: bytes) -> bytes:
+    passes = ADAM7 if interlace else ((0, 0, 1, 1),)
+    rows = b"".join(filtered_rows(samples[y::down, x::right], depth) for x, y, right, down in passes)
+    head = struct.pack(">IIBBBBB", W, H, depth, colour, 0, 0, interlace)
+    parts = (chunk(b"IHDR", head), *chunks, chunk(b"IDAT", zlib.compress(rows)), chunk(b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(parts)
+
+
+@pytest.mark.parametrize("interlace", [False, True], ids=["rows", "interlaced"])
+@pytest.mark.parametrize(("depth", "colour"), KINDS)
+def test_png_of_every_kind_has_the_levels_that_were_written(tmp_path, depth, colour, interlace):
+    """Grey 0, colours 2, a palette 3, grey with alpha 4, colours with alpha 6."""
+    rng, path = np.random.default_rng(depth + 100 * colour), tmp_path / "a.png"
+    samples = rng.integers(0, 1 << depth, (H, W, {2: 3, 4: 2, 6: 4}.get(colour, 1)))
+    palette = rng.integers(0, 256, (1 << depth, 3), dtype=np.uint8) if colour == 3 else None
+    chunks = [] if palette is None else [chunk(b"PLTE", palette.tobytes())]
+    if colour in (0, 2, 3):  # what is transparent: a value, or the first two of a palette
+        chunks.append(chunk(b"tRNS", {0: bytes(2), 2: bytes(6), 3: bytes(2)}[colour]))
+    path.write_bytes(png(samples, depth, colour, interlace, *chunks))
+    right = palette[samples[..., 0]] if palette is not None else samples[..., : 3 if colour in (2, 6) else 1]
+    right = right * (255 // ((1 << depth) - 1)) if colour == 0 and depth < 8 else right
+    raw = read_image(path, ROOM)
+    np.testing.assert_array_equal(raw.values.transpose(1, 2, 0), np.broadcast_to(right, (H, W, 3)))
+    assert raw.levels == (65535 if depth == 16 else 255)
+    if depth <= 8:
+        with Image.open(path) as image:
+            np.testing.assert_array_equal(np.asarray(image.convert("RGBA"))[..., :3], raw.values.transpose(1, 2, 0))
+    words = {"alpha": colour in (4, 6), "tRNS": colour in (0, 2, 3), "grey": colour in (0, 4), "palette": colour == 3}
+    words["for levels of eight"] = depth < 8 or colour == 3
+    assert {word: word in said(path) for word in words} == words
+
+
 def test_sixteen_bits_are_written_as_they_are_read(tmp_path):
     write_image(tmp_path / "a.png", IMAGE, bits=16)
     raw = read_image(tmp_path / "a.png", ROOM)

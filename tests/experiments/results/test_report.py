@@ -379,7 +379,7 @@ def test_what_was_brought_is_shown_with_its_mistakes(tmp_path):
     assert {"brought_exr", "reference_exr", "difference_exr"} <= images.keys()
     write_report(tmp_path, tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
-    assert len(re.findall(r'<script type="text/plain" id="p[0-9a-f]{16}">', page)) == 3
+    assert len(re.findall(r'<script type="text/plain" id="p[0-9a-f]{16}">', page)) == 4  # and the mistake
     assert "did not fit" not in page
     assert "<span>Yours</span>" in page
     said = page[: page.index('id="words"')].replace('value="ours"', "")
