@@ -238,7 +238,6 @@ def render_reference(
         llvm=None if told.get("llvm") is None else str(told["llvm"]),
         notes=(
             running.sentence,
-            *_own_said(own),
             *limits,
             *description.notes,
             *_said_of(slipped, tie),

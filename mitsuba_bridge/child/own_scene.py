@@ -16,14 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
+MESH = ("vertices", "faces", "normals")
 MESHES = ("obj", "ply", "serialized")
 """Shapes whose triangles are read by Mitsuba."""
 
 
 def _parsed(file: str) -> tuple[Any, Any]:
     """A file's configuration and state, its references resolved."""
-    config = mi.parser.ParserConfig(mi.variant())
+    config = mi.parser.ParserConfig(str(mi.variant()))
     config.merge_meshes = config.merge_equivalent = False
+    resolver: Any = mi.file_resolver()
+    resolver.prepend(str(Path(file).parent))  # what the file names stands beside it
     state = mi.parser.parse_file(config, file)
     mi.parser.transform_upgrade(config, state)
     mi.parser.transform_resolve_references(config, state)
@@ -57,7 +60,7 @@ def _place(state: Any, node: Any) -> str:
 def parse_own(job: dict[str, Any], folder: Path, progress: Callable[[int, int], None]) -> dict[str, Array]:
     """``told``: of each file its nodes, or why there are none, as JSON in bytes; and the meshes of its nodes.
 
-    ``vertices{f}-{k}`` (3, n) and ``faces{f}-{k}`` (3, m) are those of node k of file f.
+    ``vertices{f}-{k}`` (3, n), ``faces{f}-{k}`` (3, m) and ``normals{f}-{k}`` are those of node k of file f.
     """
     told: list[dict[str, Any]] = []
     arrays: dict[str, Array] = {}
@@ -68,12 +71,12 @@ def parse_own(job: dict[str, Any], folder: Path, progress: Callable[[int, int], 
             told.append({"error": str(error)})
             continue
         told.append({"nodes": nodes})
-        for index, (vertices, faces) in meshes.items():
-            arrays[f"vertices{number}-{index}"], arrays[f"faces{number}-{index}"] = vertices, faces
+        for index, mesh in meshes.items():
+            arrays |= dict(zip((f"{what}{number}-{index}" for what in MESH), mesh, strict=True))
     return {"told": np.frombuffer(json.dumps(told).encode(), dtype=np.uint8), **arrays}
 
 
-def _nodes(file: str) -> tuple[list[dict[str, Any]], dict[int, tuple[Array, Array]]]:
+def _nodes(file: str) -> tuple[list[dict[str, Any]], dict[int, tuple[Array, Array, Array]]]:
     """What a file says, node by node, and the triangles of its meshes by the numbers of their nodes."""
     _, state = _parsed(file)
     nodes, meshes = [], {}
@@ -97,16 +100,18 @@ def _names(props: Any) -> list[str]:
     return [str(name) for name in props.property_names()]
 
 
-def _mesh(props: Any) -> tuple[Array, Array]:
-    """Vertices in the world (3, n) and faces (3, m) of one shape, its surface and emitter left out."""
+def _mesh(props: Any) -> tuple[Array, Array, Array]:
+    """Vertices in the world (3, n), faces (3, m) and shading normals of one shape, by itself; none if it is faceted."""
     words: dict[str, Any] = {"type": props.plugin_name()}
     for name in _names(props):
         if not str(props.type(name)).endswith("Reference") and name != "flip_normals":
             words[name] = props[name] if name != "to_world" else mi.ScalarTransform4f(props[name].matrix)
     params = mi.traverse(mi.load_dict(words))
-    vertices = np.array(params["vertex_positions"], dtype=np.float64).reshape(-1, 3).T
-    faces = np.array(params["faces"], dtype=np.float64).reshape(-1, 3).T
-    return vertices, faces
+    vertices, faces, normals = (
+        np.array(params[name], dtype=np.float64).reshape(-1, 3).T
+        for name in ("vertex_positions", "faces", "vertex_normals")
+    )
+    return vertices, faces, normals
 
 
 def _black(state: Any) -> int:

@@ -43,9 +43,8 @@ def _film(film: Node | None, sensor: Node) -> tuple[int, int]:
     if film is None:
         return SIZE
     width, height = (int(film.number(name, size)) for name, size in zip(("width", "height"), SIZE, strict=True))
-    cropped = film.number("crop_offset_x", 0), film.number("crop_offset_y", 0)
-    cropped += film.number("crop_width", width), film.number("crop_height", height)
-    if cropped != (0, 0, width, height):
+    whole = {"crop_offset_x": 0, "crop_offset_y": 0, "crop_width": width, "crop_height": height}
+    if any(film.number(name, size) != size for name, size in whole.items()):
         raise film.refused("a crop", "the whole film")
     return width, height
 

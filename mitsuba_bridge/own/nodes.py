@@ -39,8 +39,8 @@ class Node:
         Kind and value of each, by name.
     children : tuple of (str, Node)
         What it holds, by the names of its properties.
-    mesh : (vertices, faces), optional
-        (3, n) float64 and (3, m) int64 of a shape that Mitsuba has loaded.
+    mesh : (vertices, faces, normals), optional
+        (3, n) float64, (3, m) int64 and (3, n) float64 of a shape that Mitsuba has loaded; no normals if it is faceted.
     """
 
     index: int
@@ -50,7 +50,7 @@ class Node:
     place: str
     properties: Mapping[str, tuple[str, Any]]
     children: tuple[tuple[str, Node], ...] = ()
-    mesh: tuple[Floats, Ints] | None = field(default=None, repr=False)
+    mesh: tuple[Floats, Ints, Floats] | None = field(default=None, repr=False)
 
     @property
     def title(self) -> str:
@@ -155,7 +155,7 @@ def _tree(told: dict[str, Any], number: int, arrays: dict[str, Floats], path: Pa
         mesh = None
         key = f"{number}-{index}"
         if f"vertices{key}" in arrays:
-            mesh = arrays[f"vertices{key}"], arrays[f"faces{key}"].astype(np.int64)
+            mesh = arrays[f"vertices{key}"], arrays[f"faces{key}"].astype(np.int64), arrays[f"normals{key}"]
         return Node(
             index,
             entry["type"],

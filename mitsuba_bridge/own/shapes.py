@@ -33,11 +33,22 @@ def shape_of(shape: Node, matrix: Floats, material: Material) -> Mesh | Ellipsoi
     raise shape.refused(shape.plugin, ", ".join(("rectangle", "cube", "sphere", "instance", *FILES)))
 
 
+SMOOTH = 1e-3
+"""By which a shading normal may be off its face's."""
+
+
 def _own_mesh(shape: Node) -> tuple[Floats, Ints]:
-    """What Mitsuba has loaded; its shading normals would bend light, and ours are flat."""
+    """What Mitsuba has loaded, unless its shading normals bend light: ours are those of the faces."""
     if shape.mesh is None:
         raise shape.refused("no triangles", "a mesh that Mitsuba loads")
-    return shape.mesh
+    vertices, faces, normals = shape.mesh
+    if normals.size:
+        a, b, c = (vertices[:, k] for k in faces)
+        flat = np.cross(b - a, c - a, axis=0)
+        flat /= np.maximum(np.sqrt((flat * flat).sum(axis=0)), 1e-300)
+        if any(np.abs(np.abs((normals[:, k] * flat).sum(axis=0)) - 1).max(initial=0.0) > SMOOTH for k in faces):
+            raise shape.refused("shading normals", "flat faces: face_normals, true")
+    return vertices, faces
 
 
 def _not_flipped(shape: Node) -> None:
@@ -59,7 +70,8 @@ def _mesh(vertices: Floats, faces: Ints, matrix: Floats, shape: Node, material: 
     """A mesh moved; one that is mirrored keeps its outside outside, as Mitsuba's normals do."""
     placed = matrix[:3, :3] @ vertices + matrix[:3, 3:]
     mirrored = np.linalg.det(matrix[:3, :3]) < 0
-    return Mesh(placed, faces[::-1] if mirrored != shape.flag("flip_normals") else faces, material)
+    turned = faces[::-1] if mirrored != shape.flag("flip_normals") else faces
+    return Mesh(placed, turned.astype(np.int64), material)
 
 
 RECTANGLE = (
