@@ -25,8 +25,8 @@ def _parsed(file: str) -> tuple[Any, Any]:
     """A file's configuration and state, its references resolved."""
     config = mi.parser.ParserConfig(str(mi.variant()))
     config.merge_meshes = config.merge_equivalent = False
-    resolver: Any = mi.file_resolver()
-    resolver.prepend(str(Path(file).parent))  # what the file names stands beside it
+    resolver: Any = mi.file_resolver  # its stub knows no type
+    resolver().prepend(str(Path(file).parent))  # what the file names stands beside it
     state = mi.parser.parse_file(config, file)
     mi.parser.transform_upgrade(config, state)
     mi.parser.transform_resolve_references(config, state)
