@@ -27,7 +27,7 @@ check: setup
 	$(BIN)/nusselt check --classic --out out --json out/results.json
 
 test: setup
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 lint: setup
 	$(BIN)/ruff check .

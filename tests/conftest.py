@@ -6,3 +6,14 @@ from pathlib import Path
 HERE = Path(__file__).parent
 for folder in sorted({path.parent for path in HERE.rglob("*.py")}):
     sys.path.insert(0, str(folder))
+
+LONG = (
+    *("test_classic.py", "test_every_estimator.py", "test_bring_mistakes.py", "test_studies.py", "test_own.py"),
+    *("test_bridge_decisions.py", "test_bring_readme.py", "test_pytest_plugin.py", "test_load.py", "test_wheel.py"),
+)
+"""Files of a minute and more, first: one that began last would keep a worker alone at the end."""
+
+
+def pytest_collection_modifyitems(items):
+    """The long files first, the others as they were."""
+    items.sort(key=lambda item: LONG.index(item.path.name) if item.path.name in LONG else len(LONG))

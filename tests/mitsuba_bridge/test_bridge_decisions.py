@@ -14,7 +14,7 @@ from scipy import stats
 
 from nusselt.mitsuba_bridge.llvm import backend
 from nusselt.mitsuba_bridge.reference import Reference, render_reference
-from nusselt.renderer.estimators import estimator_named
+from nusselt.renderer.estimators import Exact, estimator_named
 from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
 from nusselt.renderer.scene import Camera, Scene
@@ -308,10 +308,20 @@ def lamps(count: int) -> tuple[QuadLight, ...]:
     return tuple(found)
 
 
-@pytest.mark.parametrize(("count", "spp"), [(2, 1), (2, 4), (14, 1)], ids=["apart", "apart in boxes", "in groups"])
-def test_lights_together_are_their_sum(count, spp):
+def test_many_lights_in_groups_are_what_they_are_without_noise():
+    made = scene(GROUND, lights=lamps(14), camera=DOWN, size=(12, 9))
+    found, exact = reference(made, target=2e-3), render(made, Exact())
+    assert (found.mean[:, found.emitter > 0].max(axis=0) > 1).any()
+    allowed = 7 * found.standard_error + 1e-3 * exact.mean
+    assert (np.abs(found.mean - exact.mean) <= allowed).all()
+    one_missing = render(made.with_(lights=made.lights[1:]), Exact()).mean
+    assert (np.abs(found.mean - one_missing) > allowed).any()
+
+
+@pytest.mark.parametrize("spp", [1, 4], ids=["centres", "boxes"])
+def test_lights_together_are_their_sum(spp):
     """The others' bodies stay in their way and in view: each alone has them black."""
-    every = lamps(count)
+    every = lamps(2)
     made = scene(GROUND, lights=every, camera=DOWN, size=(12, 9), spp=spp)
     together = reference(made, target=2e-3)
     black = [
