@@ -14,7 +14,16 @@ from typing import Any, NoReturn
 import numpy as np
 
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.lights import DirectionalLight, DiskLight, Light, PointLight, QuadLight, SunLight
+from nusselt.renderer.lights import (
+    CosineLight,
+    DirectionalLight,
+    DiskLight,
+    Light,
+    PointLight,
+    QuadLight,
+    SpotLight,
+    SunLight,
+)
 from nusselt.renderer.vectors import Floats, column, frame
 
 from .distance import Triangle
@@ -22,6 +31,12 @@ from .placement import SIZE
 
 SUN_DISTANCE = 1e5
 """Distance of the sun's disk in scene radii: its irradiance is then off by 2e-6 in the mean (measured)."""
+
+SHAPES = ("rectangle", "disk", "sphere", "ply")
+"""Kinds of a description that are a shape which emits; ``radiance`` is the last of such an entry."""
+COLOURS = ("radiance", "intensity", "irradiance")
+EMITTERS = {"cosine_point": "cosine"}
+"""Kinds that are not Mitsuba's own, and the modules of ``child/`` that register them."""
 
 Matrix = list[list[float]]
 Place = Callable[[Any], Floats]
@@ -75,6 +90,29 @@ def _(light: PointLight, place: Place, scale: float, reach: float = SIZE) -> dic
 
 
 @described.register
+def _(light: SpotLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
+    axis = np.array(light.direction)
+    x, y = (v[:, 0] for v in frame(axis[:, None]))
+    return {
+        "kind": "spot",
+        "to_world": _columns(x, y, axis, place(light.position)),
+        "cutoff_angle": light.cutoff,
+        "beam_width": light.begin,
+        "intensity": [c * scale**2 for c in light.intensity],
+    }
+
+
+@described.register
+def _(light: CosineLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
+    return {
+        "kind": "cosine_point",
+        "position": place(light.position).tolist(),
+        "normal": list(light.normal),
+        "intensity": [c * scale**2 for c in light.intensity],
+    }
+
+
+@described.register
 def _(light: DirectionalLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
     direction = (-np.array(light.direction)).tolist()
     return {"kind": "directional", "direction": direction, "irradiance": rgb(light.irradiance)}
@@ -106,6 +144,8 @@ def approximations(light: Light) -> list[str]:
 @approximations.register(QuadLight)
 @approximations.register(DiskLight)
 @approximations.register(PointLight)
+@approximations.register(SpotLight)
+@approximations.register(CosineLight)
 @approximations.register(DirectionalLight)
 def _(light: Light) -> list[str]:
     return []
@@ -124,6 +164,8 @@ def strata_alike(light: Light) -> bool:
 
 @strata_alike.register(QuadLight)
 @strata_alike.register(PointLight)
+@strata_alike.register(SpotLight)
+@strata_alike.register(CosineLight)
 @strata_alike.register(DirectionalLight)
 def _(light: Light) -> bool:
     return True
@@ -147,8 +189,10 @@ def _(light: Light) -> Triangle:
     return np.empty((3, 0)), np.empty((3, 0)), np.empty((3, 0))
 
 
-@cover.register
-def _(light: PointLight) -> Triangle:
+@cover.register(PointLight)
+@cover.register(SpotLight)
+@cover.register(CosineLight)
+def _(light: PointLight | SpotLight | CosineLight) -> Triangle:
     place = column(light.position)
     return place, place, place
 

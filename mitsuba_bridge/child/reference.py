@@ -15,6 +15,8 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from nusselt.mitsuba_bridge.lights import SHAPES
+
 from . import passes, scalar_passes
 from .passes import Array
 from .sample_plan import PILOT, SIZES, OnePass, Pilot, Plan, pilot, plan, unseen
@@ -161,9 +163,9 @@ class _Switches:
         """The scene with these lights on."""
         for number in set(self.lit) ^ set(lit):
             light, on = self.description["lights"][number], number in lit
-            body = f"light{number}.emitter" if "to_world" in light else f"light{number}"
+            body = f"light{number}.emitter" if light["kind"] in SHAPES else f"light{number}"
             self.values[f"{body}.sampling_weight"] = float(on)
-            if "to_world" in light:
+            if "radiance" in light:
                 self.values[f"{body}.radiance.value"] = mi.Color3f(light["radiance"] if on else [0.0, 0.0, 0.0])
         if self.lit != lit:
             self.values.update()

@@ -4,20 +4,41 @@ from __future__ import annotations
 
 from nusselt.renderer.vectors import Floats, column
 
+from .cosine import CosineLight
 from .directional import DirectionalLight
 from .disk import DiskLight
 from .point import PointLight
 from .protocol import Light, check_kind
 from .quad import QuadLight
+from .spot import SpotLight
 from .sun import SunLight
 
-LIGHTS: tuple[type[Light], ...] = (QuadLight, PointLight, DirectionalLight, SunLight, DiskLight)
+LIGHTS: tuple[type[Light], ...] = (
+    QuadLight,
+    PointLight,
+    DirectionalLight,
+    SunLight,
+    DiskLight,
+    SpotLight,
+    CosineLight,
+)
 """Every kind, once."""
 
 for _kind in LIGHTS:
     check_kind(_kind)
 
-__all__ = ["LIGHTS", "DirectionalLight", "DiskLight", "Light", "PointLight", "QuadLight", "SunLight", "colour"]
+__all__ = [
+    "LIGHTS",
+    "CosineLight",
+    "DirectionalLight",
+    "DiskLight",
+    "Light",
+    "PointLight",
+    "QuadLight",
+    "SpotLight",
+    "SunLight",
+    "colour",
+]
 
 
 def colour(light: Light) -> Floats:

@@ -22,6 +22,7 @@ from nusselt.renderer.watertight import PLANE_ULPS, largest, one_norm
 
 from .body import Body, Plane
 from .facing import solid_angle
+from .rimless import Rimless
 from .text import Text
 
 MOVED = 16.0
@@ -29,7 +30,7 @@ MOVED = 16.0
 
 
 @dataclass(frozen=True)
-class DiskLight:
+class DiskLight(Rimless):
     """A disk that emits on the side of its normal only: black as a reflector, opaque, and visible to the camera.
 
     Parameters
@@ -80,7 +81,7 @@ class DiskLight:
     def beams(self, points: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]:
         """Area measure: density 1/A, so a sample stands for A cos(theta_l) / R^2 of solid angle, over N."""
         d = (column(self.center) - points)[:, :, None] + self._from_centre(u, v)
-        return d, self.worth(d) * (self._faced(points)[:, None] / u.shape[1])
+        return d, self.worth(points, d) * (self._faced(points)[:, None] / u.shape[1])
 
     def _faced(self, points: Floats) -> NDArray[np.bool_]:
         """Which points (3, n) lie before the disk by more than rounding, as for shadow rays."""
@@ -88,7 +89,7 @@ class DiskLight:
         bound = PLANE_ULPS * one_norm(normal) * (largest(center) + largest(points))
         return np.asarray(dot(normal, points - center) > bound)
 
-    def worth(self, d: Floats) -> Floats:
+    def worth(self, points: Floats, d: Floats) -> Floats:
         return solid_angle(-self.area * column(self.normal), d)
 
     def at(self, u: float, v: float) -> Floats:

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Protocol
 from nusselt.renderer.lobes import Lobe
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.validation import Vec3
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 from .body import Body, Plane
 from .quad import QuadLight
@@ -60,8 +60,8 @@ class Light(Protocol):
             Times the colour: radiance times solid angle, divided by k; 0 where the light turns its back. Writable.
         """
 
-    def worth(self, d: Floats) -> Floats:
-        """What single beams along d (3, n, k) are worth, (n, k): the weight of `beams` for k = 1."""
+    def worth(self, points: Floats, d: Floats) -> Floats:
+        """What single beams along d (3, n, k) from points (3, n) are worth, (n, k): the weight of `beams` for k = 1."""
 
     def at(self, u: float, v: float) -> Floats:
         """The place (3, 1) that a beam through (u, v) goes to."""
@@ -89,6 +89,12 @@ class Light(Protocol):
 
         Other lights with an extent are sampled behind blockers, and the route says so.
         """
+
+    def rim_within(self, points: Floats, radius: Floats) -> Bools:
+        """Whether its light ends, or begins to, by itself somewhere in balls (n,) about points (3, n)."""
+
+    def without_rim(self) -> Light:
+        """A light as bright where it is brightest, and of no rim."""
 
     def anchored(self) -> Floats:
         """The coordinates (3, m) that `moved` moves: none at infinity."""

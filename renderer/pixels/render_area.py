@@ -123,7 +123,8 @@ def render_area(
 
     rest = base.settled + refine(base.items, edges, regions, shade, budget, jumps, doubt)
     image = _assemble(scene, regions, palette, region, pieces, base, needs.left_out)
-    error = math.sqrt(rest / base.square) if base.square > 0 else 0.0
+    square = max(base.square, float((image.mean[:, image.shaded] ** 2).sum()))  # what was first found may be nothing
+    error = min(math.sqrt(rest / square), 1.0) if square > 0 else float(rest > 0)
     parts = int((~base.items.whole).sum())
     return AreaImage(image, error, tolerance, shade.evaluations, parts, int(sampled.pixel.size))
 

@@ -13,7 +13,16 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import ESTIMATORS, Analytic, Area, Exact
 from nusselt.renderer.geometry.arrays import build_geometry
 from nusselt.renderer.image import render
-from nusselt.renderer.lights import LIGHTS, DirectionalLight, DiskLight, PointLight, QuadLight, SunLight
+from nusselt.renderer.lights import (
+    LIGHTS,
+    CosineLight,
+    DirectionalLight,
+    DiskLight,
+    PointLight,
+    QuadLight,
+    SpotLight,
+    SunLight,
+)
 from nusselt.renderer.lights.protocol import ANSWERS, check_kind
 from nusselt.renderer.lights.sampling import one_place, random_beams
 from nusselt.renderer.lobes import Lambert, Phong
@@ -29,6 +38,8 @@ EXAMPLES = {
     DirectionalLight: DirectionalLight((1.0, 2.0, -0.5), (0.5, 1.0, 2.0)),
     SunLight: SunLight((1.0, 2.0, -0.5), (0.5, 1.0, 2.0), 40.0),
     DiskLight: DiskLight((0.25, 2.0, -0.5), (0.25, -2.0, 0.5), 0.75, (5.0, 4.0, 3.0)),
+    SpotLight: SpotLight((0.25, 1.5, -0.5), (-0.25, -2.0, 0.5), 60.0, 15.0, (3.0, 2.0, 1.0)),
+    CosineLight: CosineLight((0.25, 1.5, -0.5), (0.25, -2.0, 0.5), (3.0, 2.0, 1.0)),
 }
 KINDS = pytest.mark.parametrize("kind", LIGHTS, ids=lambda kind: kind.kind)
 
@@ -90,7 +101,7 @@ def test_beams_places_and_worths_tell_the_same(kind):
     rng = np.random.default_rng(5)
     d, weight = random_beams(light, at, rng, 16, True)
     assert d.shape[2] == weight.shape[1] == (16 if light.has_extent else 1)
-    np.testing.assert_allclose(weight * d.shape[2], np.where(weight > 0, light.worth(d), 0.0), rtol=1e-12)
+    np.testing.assert_allclose(weight * d.shape[2], np.where(weight > 0, light.worth(at, d), 0.0), rtol=1e-12)
     for u, v in rng.random((5, 2)):
         d, _ = light.beams(at, np.array([[u]]), np.array([[v]]))
         place = light.at(u, v) - (0 if light.at_infinity else at)
