@@ -23,7 +23,7 @@ from nusselt.renderer.vectors import Floats, dot, unit
 
 from .cutting import cut
 from .lights import approximations, described, rgb
-from .limits import close_blockers
+from .limits import close_blockers, coarse_lights
 from .lobes import is_stock, surface
 from .placement import SIZE, Placement, place, seen_box
 from .ply import write_ply
@@ -214,6 +214,10 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
         notes.append("the camera is more than 10,000 scene sizes away: Mitsuba's float32 hit points lose digits")
     for light in scene.lights:
         notes += approximations(light)
+    limits = []
+    if normalise:
+        seen = seen_box(scene)
+        limits = close_blockers(scene, seen, placement.near) + coarse_lights(scene, seen)
     description = Description(
         camera,
         shapes,
@@ -224,7 +228,7 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
         files.scale,
         list(placement.centre),
         notes,
-        close_blockers(scene, seen_box(scene), placement.near) if normalise else [],
+        limits,
     )
     _check_range(description)
     return description

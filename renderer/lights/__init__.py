@@ -10,6 +10,7 @@ from .disk import DiskLight
 from .point import PointLight
 from .protocol import Light, check_kind
 from .quad import QuadLight
+from .sphere import SphereLight
 from .spot import SpotLight
 from .sun import SunLight
 
@@ -21,6 +22,7 @@ LIGHTS: tuple[type[Light], ...] = (
     DiskLight,
     SpotLight,
     CosineLight,
+    SphereLight,
 )
 """Every kind, once."""
 
@@ -35,6 +37,7 @@ __all__ = [
     "Light",
     "PointLight",
     "QuadLight",
+    "SphereLight",
     "SpotLight",
     "SunLight",
     "colour",

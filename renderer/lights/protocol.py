@@ -63,8 +63,8 @@ class Light(Protocol):
     def worth(self, points: Floats, d: Floats) -> Floats:
         """What single beams along d (3, n, k) from points (3, n) are worth, (n, k): the weight of `beams` for k = 1."""
 
-    def at(self, u: float, v: float) -> Floats:
-        """The place (3, 1) that a beam through (u, v) goes to."""
+    def at(self, u: float, v: float) -> Floats | None:
+        """The place (3, 1) that a beam through (u, v) goes to; None if each point has one of its own."""
 
     def hull(self) -> Floats:
         """Places (3, m) whose convex hull holds the light."""
