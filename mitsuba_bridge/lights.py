@@ -24,6 +24,7 @@ from nusselt.renderer.lights import (
     SphereLight,
     SpotLight,
     SunLight,
+    TriangleLight,
 )
 from nusselt.renderer.vectors import Floats, column, dot, frame
 
@@ -34,7 +35,7 @@ SUN_DISTANCE = 1e5
 """Distance of the sun's disk in scene radii: its irradiance is then off by 2e-6 in the mean (measured)."""
 
 SHAPES = ("rectangle", "disk", "sphere", "ply")
-"""Kinds of a description that are a shape which emits; ``radiance`` is the last of such an entry."""
+"""Kinds of a description that are a shape which emits."""
 COLOURS = ("radiance", "intensity", "irradiance")
 EMITTERS = {"cosine_point": "cosine"}
 """Kinds that are not Mitsuba's own, and the modules of ``child/`` that register them."""
@@ -120,6 +121,12 @@ def _(light: SphereLight, place: Place, scale: float, reach: float = SIZE) -> di
 
 
 @described.register
+def _(light: TriangleLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
+    corners = [place(corner).tolist() for corner in (light.a, light.b, light.c)]
+    return {"kind": "ply", "corners": corners, "radiance": rgb(light.radiance)}
+
+
+@described.register
 def _(light: DirectionalLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
     direction = (-np.array(light.direction)).tolist()
     return {"kind": "directional", "direction": direction, "irradiance": rgb(light.irradiance)}
@@ -151,6 +158,7 @@ def approximations(light: Light) -> list[str]:
 @approximations.register(QuadLight)
 @approximations.register(DiskLight)
 @approximations.register(SphereLight)
+@approximations.register(TriangleLight)
 @approximations.register(PointLight)
 @approximations.register(SpotLight)
 @approximations.register(CosineLight)
@@ -171,6 +179,7 @@ def strata_alike(light: Light) -> bool:
 
 
 @strata_alike.register(QuadLight)
+@strata_alike.register(TriangleLight)
 @strata_alike.register(PointLight)
 @strata_alike.register(SpotLight)
 @strata_alike.register(CosineLight)
@@ -212,8 +221,9 @@ def _(light: SphereLight) -> tuple[Triangle, float]:
     return (place, place, place), light.radius
 
 
-@cover.register
-def _(light: QuadLight) -> tuple[Triangle, float]:
+@cover.register(QuadLight)
+@cover.register(TriangleLight)
+def _(light: QuadLight | TriangleLight) -> tuple[Triangle, float]:
     return light.body().corners, 0.0
 
 
@@ -236,6 +246,7 @@ def rounding(light: Light, points: Floats) -> Floats:
 
 
 @rounding.register(QuadLight)
+@rounding.register(TriangleLight)
 @rounding.register(DiskLight)
 @rounding.register(PointLight)
 @rounding.register(CosineLight)

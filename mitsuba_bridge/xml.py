@@ -71,6 +71,10 @@ def _light(light: dict[str, Any], number: int) -> Lines:
     for key, value in light.items():
         if key == "to_world":
             inside.append(_matrix(value))
+        elif key == "file":
+            inside += [_tag("string", "filename", value), _tag("boolean", "face_normals", "true")]
+        elif key == "radiance" and light["kind"] in SHAPES:
+            continue
         elif key in COLOURS:
             inside.append(_rgb(key, value))
         elif key in ("position", "center", "direction", "normal"):
@@ -78,7 +82,7 @@ def _light(light: dict[str, Any], number: int) -> Lines:
         elif key not in ("kind", "body"):
             inside.append(_tag("float", key, _number(value)))
     if light["kind"] in SHAPES:
-        emitter = ['<emitter type="area">', inside.pop(), "</emitter>"]  # its radiance
+        emitter = ['<emitter type="area">', _rgb("radiance", light["radiance"]), "</emitter>"]
         return [f"<shape type={kind} {name}>", *inside, *BLACK, *emitter, "</shape>"]
     return [f"<emitter type={kind} {name}>", *inside, "</emitter>"]
 

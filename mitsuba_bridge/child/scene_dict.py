@@ -32,7 +32,7 @@ def bsdf_dict(bsdf: dict[str, Any], two_sided: bool) -> dict[str, Any]:
     return {"type": "twosided", "bsdf": found} if two_sided else found
 
 
-def light_dict(light: dict[str, Any], lit: bool) -> dict[str, Any] | None:
+def light_dict(light: dict[str, Any], folder: Path, lit: bool) -> dict[str, Any] | None:
     """One light; one that is not lit stays as a black blocker if it has a body in the scene."""
     if not (lit or light["body"]):
         return None
@@ -42,6 +42,8 @@ def light_dict(light: dict[str, Any], lit: bool) -> dict[str, Any] | None:
             entry[key] = _matrix(value)
         elif key in COLOURS:
             entry[key] = _rgb(value)
+        elif key == "file":
+            entry |= {"filename": str(folder / value), "face_normals": True}
         elif key not in ("kind", "body"):
             entry[key] = value
     if light["kind"] not in SHAPES:
@@ -94,7 +96,7 @@ def scene_dict(description: dict[str, Any], folder: Path, lit: Container[int], r
             entry |= {"center": shape["center"], "radius": shape["radius"]}
         found[f"shape{number}"] = entry
     for number, light in enumerate(description["lights"]):
-        body = light_dict(light, number in lit)
+        body = light_dict(light, folder, number in lit)
         if body is not None:
             found[f"light{number}"] = body
     return found

@@ -13,6 +13,7 @@ from .quad import QuadLight
 from .sphere import SphereLight
 from .spot import SpotLight
 from .sun import SunLight
+from .triangle import TriangleLight
 
 LIGHTS: tuple[type[Light], ...] = (
     QuadLight,
@@ -23,6 +24,7 @@ LIGHTS: tuple[type[Light], ...] = (
     SpotLight,
     CosineLight,
     SphereLight,
+    TriangleLight,
 )
 """Every kind, once."""
 
@@ -40,6 +42,7 @@ __all__ = [
     "SphereLight",
     "SpotLight",
     "SunLight",
+    "TriangleLight",
     "colour",
 ]
 

@@ -21,7 +21,7 @@ from nusselt.renderer.watertight import PLANE_ULPS, largest, one_norm
 
 from .body import Body, Plane
 from .facing import solid_angle
-from .rimless import Rimless
+from .plain import Plain
 from .round_patch import round_patch
 from .text import Text
 
@@ -30,7 +30,7 @@ MOVED = 16.0
 
 
 @dataclass(frozen=True)
-class DiskLight(Rimless):
+class DiskLight(Plain):
     """A disk that emits on the side of its normal only: black as a reflector, opaque, and visible to the camera.
 
     Parameters
@@ -143,9 +143,6 @@ class DiskLight(Rimless):
         nearest = np.hypot(aside - self.radius, height)
         moved = MOVED * EPS * (largest(points) + largest(column(self.center)) + self.radius) / nearest
         return cone, moved * 2 * math.pi * np.minimum(self.radius / nearest, 1.0)
-
-    def parallelogram(self) -> None:
-        return None
 
     def anchored(self) -> Floats:
         return column(self.center)

@@ -13,14 +13,14 @@ from nusselt.renderer.validation import Vec3
 from nusselt.renderer.vectors import Floats, column
 
 from .body import Plane
-from .rimless import Rimless
+from .plain import Plain
 from .sampling import one_place
 
 CLOSED = 1e-12
 """Bound of a product of few factors, relative to its value; t^s adds its own."""
 
 
-class OneBeam(Rimless, ABC):
+class OneBeam(Plain, ABC):
     """The answers to `Light` that such kinds share; a kind adds its colour, its place and its beam."""
 
     has_extent: ClassVar[bool] = False
@@ -61,6 +61,3 @@ class OneBeam(Rimless, ABC):
 
     def has_form(self, kind: type[Lobe]) -> bool:
         return True
-
-    def parallelogram(self) -> None:
-        return None

@@ -87,7 +87,13 @@ class Light(Protocol):
     def parallelogram(self) -> QuadLight | None:
         """The light as a parallelogram, if it is one: then `Exact` takes its shadows from the visible contour.
 
-        Other lights with an extent are sampled behind blockers, and the route says so.
+        Other lights with an extent are sampled behind blockers, and the route says so, but for `half_of`.
+        """
+
+    def half_of(self) -> QuadLight | None:
+        """The parallelogram corner + u ab + v ac of which the light is the half u + v < 1, if it is one.
+
+        Then `Exact` takes its shadows from the visible contour too, but for those of big meshes.
         """
 
     def rim_within(self, points: Floats, radius: Floats) -> Bools:

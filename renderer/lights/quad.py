@@ -17,13 +17,13 @@ from nusselt.renderer.vectors import Floats, column, cross, dot
 
 from .body import Body, Plane
 from .facing import faced_by, solid_angle
+from .plain import Plain
 from .quad_patch import quad_patch
-from .rimless import Rimless
 from .text import Text
 
 
 @dataclass(frozen=True)
-class QuadLight(Rimless):
+class QuadLight(Plain):
     """A parallelogram corner + u ab + v ac, u, v in [0, 1], that emits on the side of -(ab x ac) only.
 
     Black as a reflector on both sides, opaque, and visible to the camera.
@@ -118,7 +118,7 @@ class QuadLight(Rimless):
     def has_form(self, kind: type[Lobe]) -> bool:
         return kind.patch is not None
 
-    def parallelogram(self) -> QuadLight:
+    def parallelogram(self) -> QuadLight:  # type: ignore[override]
         return self
 
     def anchored(self) -> Floats:

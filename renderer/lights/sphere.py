@@ -17,13 +17,13 @@ from nusselt.renderer.validation import Vec3, colour, finite, vector
 from nusselt.renderer.vectors import Floats, column, dot
 
 from .body import Body
-from .rimless import Rimless
+from .plain import Plain
 from .round_patch import round_patch
 from .text import Text
 
 
 @dataclass(frozen=True)
-class SphereLight(Rimless):
+class SphereLight(Plain):
     """A ball that emits outwards: black as a reflector, opaque, and visible to the camera. Inside it is dark.
 
     Parameters
@@ -144,9 +144,6 @@ class SphereLight(Rimless):
 
     def has_form(self, kind: type[Lobe]) -> bool:
         return kind.contour is not None
-
-    def parallelogram(self) -> None:
-        return None
 
     def anchored(self) -> Floats:
         return column(self.center)

@@ -15,7 +15,7 @@ from nusselt.renderer.validation import Vec3, colour, direction, finite
 from nusselt.renderer.vectors import Floats, Ints, column, dot, frame
 
 from .one_beam import CLOSED
-from .rimless import Rimless
+from .plain import Plain
 from .text import Text
 
 ACROSS = 1e-2
@@ -25,7 +25,7 @@ RADII, ANGLES = 12, 24
 
 
 @dataclass(frozen=True)
-class SunLight(Rimless):
+class SunLight(Plain):
     """A uniform disk at infinity, not seen by the camera.
 
     Its radiance is irradiance / (pi sin^2 alpha), alpha the half angle: exactly the irradiance named, on a
@@ -186,9 +186,6 @@ class SunLight(Rimless):
                 steep = kind.steepness(points) * half**2 > 100
                 out[(points.albedo(kind).max(axis=0) > 0) & (steep | ~whole)] = ACROSS
         return out
-
-    def parallelogram(self) -> None:
-        return None
 
     def anchored(self) -> Floats:
         return np.zeros((3, 0))

@@ -23,6 +23,7 @@ from nusselt.renderer.lights import (
     SphereLight,
     SpotLight,
     SunLight,
+    TriangleLight,
 )
 from nusselt.renderer.lights.protocol import ANSWERS, check_kind
 from nusselt.renderer.lights.sampling import one_place, random_beams
@@ -41,6 +42,7 @@ EXAMPLES = {
     DiskLight: DiskLight((0.25, 2.0, -0.5), (0.25, -2.0, 0.5), 0.75, (5.0, 4.0, 3.0)),
     SpotLight: SpotLight((0.25, 1.5, -0.5), (-0.25, -2.0, 0.5), 60.0, 15.0, (3.0, 2.0, 1.0)),
     SphereLight: SphereLight((0.25, 2.0, -0.5), 0.75, (5.0, 4.0, 3.0)),
+    TriangleLight: TriangleLight((-0.5, 2.0, -0.25), (1.0, 2.25, 0.0), (0.0, 2.5, 1.0), (5.0, 4.0, 3.0)),
     CosineLight: CosineLight((0.25, 1.5, -0.5), (0.25, -2.0, 0.5), (3.0, 2.0, 1.0)),
 }
 KINDS = pytest.mark.parametrize("kind", LIGHTS, ids=lambda kind: kind.kind)
@@ -190,7 +192,7 @@ def test_every_estimator_takes_every_kind(kind, estimator):
 def test_exact_says_which_kinds_it_samples(kind):
     light = EXAMPLES[kind]
     image = render(room(light), Exact(samples=64), passes=2)
-    sampled = light.has_extent and light.parallelogram() is None
+    sampled = light.has_extent and light.parallelogram() is None and light.half_of() is None
     assert (image.routes.get("sampled", 0) > 0) == sampled
     assert Exact().is_random(prepare(room(light)).needs) == sampled
 

@@ -13,7 +13,7 @@ from nusselt.experiments.independent.world import read_world
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
-from nusselt.renderer.lights import CosineLight, SphereLight, SpotLight
+from nusselt.renderer.lights import CosineLight, SphereLight, SpotLight, TriangleLight
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.scene_text import write_scene
 from nusselt.renderer.surfaces import Material
@@ -23,6 +23,10 @@ VIEW = Camera((0.3, 2.2, 5.0), (0.0, 0.7, 0.0), (0.0, 1.0, 0.0), 42.0)
 LAMPS = {
     "spot": (SpotLight((0.4, 2.2, 0.6), (-0.1, -1.0, -0.3), 40.0, 15.0, (6.0, 5.0, 4.0)),),
     "sphere": (SphereLight((-0.6, 1.7, 0.4), 0.35, (6.0, 5.0, 4.0)),),
+    "triangle": (
+        TriangleLight((-0.9, 2.2, -0.6), (0.4, 2.0, -0.5), (-0.3, 2.4, 0.7), (6.0, 5.0, 4.0)),
+        TriangleLight((0.9, 1.2, 0.6), (1.1, 1.6, 0.2), (1.0, 0.9, 0.1), (4.0, 5.0, 6.0)),
+    ),
     "cosine": (CosineLight((-0.9, 1.4, 0.8), (0.6, -1.0, -0.4), (3.0, 4.0, 5.0)),),
 }
 """By the kind that is new."""
@@ -36,10 +40,10 @@ def room(*lights, size=(40, 30)):
 
 
 @pytest.mark.mitsuba
-@pytest.mark.parametrize("kinds", [("spot", "cosine"), ("sphere",)], ids="-".join)
+@pytest.mark.parametrize("kinds", [("spot", "cosine"), ("sphere",), ("triangle",)], ids="-".join)
 def test_mitsuba_agrees(kinds):
-    made = room(*(light for kind in kinds for light in LAMPS[kind]))
-    row = check(made, Question(estimator="area", samples=64), command="", references=References()).row
+    made = room(*(light for kind in kinds for light in LAMPS[kind]), size=(24, 18))
+    row = check(made, Question(estimator="area", samples=64, margin=0.005), command="", references=References()).row
     assert (row["verdict"], row["as_claimed"]) == ("agrees", True), row["reason"]
 
 
