@@ -21,6 +21,7 @@ from nusselt.renderer.lights import (
     Light,
     PointLight,
     QuadLight,
+    SkyLight,
     SphereLight,
     SpotLight,
     SunLight,
@@ -127,6 +128,11 @@ def _(light: TriangleLight, place: Place, scale: float, reach: float = SIZE) -> 
 
 
 @described.register
+def _(light: SkyLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
+    return {"kind": "constant", "radiance": rgb(light.radiance)}
+
+
+@described.register
 def _(light: DirectionalLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
     direction = (-np.array(light.direction)).tolist()
     return {"kind": "directional", "direction": direction, "irradiance": rgb(light.irradiance)}
@@ -158,6 +164,7 @@ def approximations(light: Light) -> list[str]:
 @approximations.register(QuadLight)
 @approximations.register(DiskLight)
 @approximations.register(SphereLight)
+@approximations.register(SkyLight)
 @approximations.register(TriangleLight)
 @approximations.register(PointLight)
 @approximations.register(SpotLight)
@@ -179,6 +186,7 @@ def strata_alike(light: Light) -> bool:
 
 
 @strata_alike.register(QuadLight)
+@strata_alike.register(SkyLight)
 @strata_alike.register(TriangleLight)
 @strata_alike.register(PointLight)
 @strata_alike.register(SpotLight)
@@ -203,6 +211,7 @@ def cover(light: Light) -> tuple[Triangle, float]:
 
 @cover.register(DirectionalLight)
 @cover.register(SunLight)
+@cover.register(SkyLight)
 def _(light: Light) -> tuple[Triangle, float]:
     return (np.empty((3, 0)), np.empty((3, 0)), np.empty((3, 0))), 0.0
 
@@ -246,6 +255,7 @@ def rounding(light: Light, points: Floats) -> Floats:
 
 
 @rounding.register(QuadLight)
+@rounding.register(SkyLight)
 @rounding.register(TriangleLight)
 @rounding.register(DiskLight)
 @rounding.register(PointLight)

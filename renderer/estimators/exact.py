@@ -3,9 +3,9 @@
 Diffuse and glossy, for parallelograms and triangles. Lights without extent take one shadow ray. Big closed meshes are
 taken by their silhouettes (`soft_shadows.meshes`), on diffuse surfaces and for parallelograms: what is claimed there is
 consistency, and how far it goes is what each value's bound says. What it leaves to sampling, and then claims no
-exactness for: lights that are neither behind blockers, triangles behind big meshes, both behind flat disks, round bodies
-through a light's plane, points with more than MOST candidates, whose cost grows with the square, and lobes without
-boundary integrals.
+exactness for: lights that are neither behind blockers, triangles behind big meshes, both behind flat disks, round
+bodies through a light's plane, points with more than MOST candidates, whose cost grows with the square, and lobes
+without boundary integrals.
 """
 
 from __future__ import annotations

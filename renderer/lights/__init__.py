@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
+import numpy as np
+
 from nusselt.renderer.vectors import Floats, column
 
 from .cosine import CosineLight
@@ -10,6 +14,7 @@ from .disk import DiskLight
 from .point import PointLight
 from .protocol import Light, check_kind
 from .quad import QuadLight
+from .sky import SkyLight
 from .sphere import SphereLight
 from .spot import SpotLight
 from .sun import SunLight
@@ -25,6 +30,7 @@ LIGHTS: tuple[type[Light], ...] = (
     CosineLight,
     SphereLight,
     TriangleLight,
+    SkyLight,
 )
 """Every kind, once."""
 
@@ -39,12 +45,20 @@ __all__ = [
     "Light",
     "PointLight",
     "QuadLight",
+    "SkyLight",
     "SphereLight",
     "SpotLight",
     "SunLight",
     "TriangleLight",
+    "around",
     "colour",
 ]
+
+
+def around(lights: Iterable[Light]) -> Floats | None:
+    """Radiance (3, 1) that is seen where no surface is; None if that is no light's."""
+    colours = [colour(light) for light in lights if light.surrounds]
+    return np.sum(colours, axis=0) if colours else None
 
 
 def colour(light: Light) -> Floats:

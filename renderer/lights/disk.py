@@ -128,8 +128,9 @@ class DiskLight(Plain):
     def has_form(self, kind: type[Lobe]) -> bool:
         return kind.contour is not None
 
-    def _cones(self, points: Floats) -> tuple[Rounds, Floats]:
+    def _cones(self, shaded: ShadingPoints) -> tuple[Rounds, Floats]:
         """The disk as points see it, and by how much rounding moves its rim; see `Seen`."""
+        points = shaded.position
         normal, v = column(self.normal), column(self.center) - points
         height = -dot(normal, v)
         across = v + height * normal

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -14,6 +14,8 @@ class Plain:
 
     Where such a light ends, something stands before it, or it sinks below a plane.
     """
+
+    surrounds: ClassVar[bool] = False
 
     def parallelogram(self) -> None:
         return None

@@ -29,6 +29,8 @@ class Light(Protocol):
     """Whether it is to be sampled: shadows are soft."""
     at_infinity: ClassVar[bool]
     """Whether shadow rays have no far end."""
+    surrounds: ClassVar[bool]
+    """Whether it is seen where no surface is."""
     TEXT: ClassVar[Text]
     """Its command in the scene text."""
 

@@ -17,8 +17,8 @@ from nusselt.renderer.lobes.protocol import Contour
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, dot
 
-Seen = Callable[[Floats], tuple[Rounds, Floats]]
-"""From points (3, n) to the light's cone as each sees it, and by how much (n,) rounding moves its rim, times the rim's
+Seen = Callable[[ShadingPoints], tuple[Rounds, Floats]]
+"""From n points to the light's cone as each sees it, and by how much (n,) rounding moves its rim, times the rim's
 length: sr."""
 
 
@@ -75,7 +75,7 @@ def round_patch(
 
 def _integral(points: ShadingPoints, lobe: type[Lobe], contour: Contour, seen: Seen) -> tuple[Floats, Floats]:
     """2 pi times a lobe's integral for unit radiance, and its absolute bound, (n,)."""
-    cone, shift = seen(points.position)
+    cone, shift = seen(points)
     middle, half = (part[0] for part in cone.spans(points.normal[:, None]))
     whole = half == ALL
     middle, half = np.where(whole, 0.0, middle), np.where(whole, math.pi, np.maximum(half, 0.0))

@@ -63,11 +63,13 @@ class SphereLight(Plain):
     def with_colour(self, rgb: Vec3) -> SphereLight:
         return replace(self, radiance=rgb)
 
-    def _seen(self, points: Floats) -> tuple[Rounds, Floats]:
-        """The ball's cone about points (3, n), all outside it; its rim lies where its middle and width say (`Seen`)."""
+    def _seen(self, points: ShadingPoints) -> tuple[Rounds, Floats]:
+        """The ball's cone about points, all outside it; its rim lies where its middle and width say (`Seen`)."""
+        return self._cones(points.position), np.zeros(points.count)
+
+    def _cones(self, points: Floats) -> Rounds:
         n = points.shape[1]
-        cone = spheres(points, np.arange(n), np.repeat(column(self.center), n, axis=1), np.full(n, self.radius))
-        return cone, np.zeros(n)
+        return spheres(points, np.arange(n), np.repeat(column(self.center), n, axis=1), np.full(n, self.radius))
 
     def _height(self, cone: Rounds) -> Floats:
         """1 - cos of the cones' half angles, without cancellation."""
@@ -84,7 +86,7 @@ class SphereLight(Plain):
         weight = np.zeros((n, k))
         out = np.flatnonzero(self._outside(points))
         if out.size:
-            cone, _ = self._seen(points[:, out])
+            cone = self._cones(points[:, out])
             u, v = (np.broadcast_to(w, (n, k))[out] for w in (u, v))
             d[:, out] = self._ways(cone, points[:, out], u, v)
             weight[out] = (2 * math.pi / k) * self._height(cone)[:, None]
@@ -110,7 +112,7 @@ class SphereLight(Plain):
         out = np.zeros(d.shape[1:])
         k = np.flatnonzero(self._outside(points))
         if k.size:
-            out[k] = 2 * math.pi * self._height(self._seen(points[:, k])[0])[:, None]
+            out[k] = 2 * math.pi * self._height(self._cones(points[:, k]))[:, None]
         return out
 
     def at(self, u: float, v: float) -> None:

@@ -131,7 +131,7 @@ class TriangleLight(Plain):
     def has_form(self, kind: type[Lobe]) -> bool:
         return kind.contour is not None
 
-    def half_of(self) -> QuadLight:
+    def half_of(self) -> QuadLight:  # type: ignore[override]
         a, b, c = (np.array(v) for v in (self.a, self.b, self.c))
         return QuadLight(self.a, tuple((c - a).tolist()), tuple((b - a).tolist()), self.radiance)
 

@@ -34,6 +34,8 @@ WIDTHS = 1.0
 """Of footprints, that a penumbra must be wide to be seen by the values around it."""
 SIDES = 64
 """Edges that stand for the line along which an ellipsoid turns from a light."""
+WIDEST = 10.0
+"""Of a cone's growth: a sky's has no end, and shadows that fit into a pixel are thrown from very near."""
 FLAT = 1e-9
 """Heights over a surface's plane that are none, relative to the edge's distance."""
 
@@ -181,7 +183,7 @@ def _cone(light: Light, position: Floats) -> tuple[Floats, Floats, Floats]:
     """From points (3, n): unit axis (3, n) to the light, its distance (n,), and k (n,), radius over distance."""
     n, (middle, radius) = position.shape[1], light.middle()
     if light.at_infinity:
-        return np.broadcast_to(unit(middle), position.shape), np.full(n, np.inf), np.full(n, radius)
+        return np.broadcast_to(unit(middle), position.shape), np.full(n, np.inf), np.full(n, min(radius, WIDEST))
     to = middle - position
     distance = np.sqrt(dot(to, to))
     return to / distance, distance, radius / distance

@@ -19,6 +19,7 @@ from nusselt.renderer.chunks import STRIP, gathered, pieces
 from nusselt.renderer.estimators.analytic import without_shadows
 from nusselt.renderer.estimators.protocol import Estimator
 from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.lights import around
 from nusselt.renderer.needs import Needs, Source
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.radiance import reflected, still
@@ -128,10 +129,11 @@ def palette_of(scene: Scene, regions: Regions, needs: Needs) -> Palette:
     faced = front | scene.two_sided
     reflects = faced & ~emitter & g.reflects[surface] & bool(needs.sources)
     pad: NDArray[np.bool_] = np.zeros(1, dtype=bool)
+    sky = around(scene.lights)
     return Palette(
-        np.hstack((seen, np.zeros((3, 1)))),
+        np.hstack((seen, np.zeros((3, 1)) if sky is None else sky)),
         np.concatenate((reflects, pad)),
-        np.concatenate((emitter, pad)),
+        np.concatenate((emitter, pad | (sky is not None))),
         np.concatenate((~faced & ~emitter, pad)),
     )
 

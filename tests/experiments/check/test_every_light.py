@@ -13,7 +13,7 @@ from nusselt.experiments.independent.world import read_world
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
-from nusselt.renderer.lights import CosineLight, SphereLight, SpotLight, TriangleLight
+from nusselt.renderer.lights import CosineLight, SkyLight, SphereLight, SpotLight, TriangleLight
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.scene_text import write_scene
 from nusselt.renderer.surfaces import Material
@@ -27,6 +27,7 @@ LAMPS = {
         TriangleLight((-0.9, 2.2, -0.6), (0.4, 2.0, -0.5), (-0.3, 2.4, 0.7), (6.0, 5.0, 4.0)),
         TriangleLight((0.9, 1.2, 0.6), (1.1, 1.6, 0.2), (1.0, 0.9, 0.1), (4.0, 5.0, 6.0)),
     ),
+    "sky": (SkyLight((0.5, 0.7, 1.0)),),
     "cosine": (CosineLight((-0.9, 1.4, 0.8), (0.6, -1.0, -0.4), (3.0, 4.0, 5.0)),),
 }
 """By the kind that is new."""
@@ -40,7 +41,7 @@ def room(*lights, size=(40, 30)):
 
 
 @pytest.mark.mitsuba
-@pytest.mark.parametrize("kinds", [("spot", "cosine"), ("sphere",), ("triangle",)], ids="-".join)
+@pytest.mark.parametrize("kinds", [("spot", "cosine"), ("sphere",), ("triangle",), ("sky",)], ids="-".join)
 def test_mitsuba_agrees(kinds):
     made = room(*(light for kind in kinds for light in LAMPS[kind]), size=(24, 18))
     row = check(made, Question(estimator="area", samples=64, margin=0.005), command="", references=References()).row
@@ -52,7 +53,7 @@ def test_a_wrong_image_is_diagnosed(kind):
     made = room(*LAMPS[kind], size=(24, 18))
     images = [render(made, Area(samples=16), seed=seed) for seed in (1, 2)]
     truth = render(made, Area(samples=1024, stratified=True), seed=3, passes=2)
-    raws = [Raw(np.where(image.shaded, 0.8, 1.0) * image.mean) for image in images]
+    raws = [Raw(np.where(image.shaded, 0.5, 1.0) * image.mean) for image in images]
     given = Inputs.against(raws, Quantiser(0, Transfer(), "truncate"), Reference.of_image(truth, "ours", 1024))
     assert diagnose(made, given, 16, False).mistakes[0].name in ("gain", "light-scale")
 
