@@ -17,13 +17,14 @@ import numpy as np
 
 from nusselt.renderer.camera.rays import view_frame
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.lights import Light
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 from nusselt.renderer.vectors import Floats, dot, unit
 
 from .cutting import cut
 from .lights import approximations, described, rgb
-from .limits import close_blockers, far_lifted
+from .limits import close_blockers, coarse_lights, far_lifted
 from .lobes import is_stock, surface
 from .origin import own_file
 from .placement import SIZE, Placement, place, seen_box
@@ -47,8 +48,8 @@ class Description:
     bsdfs : list of dict
         kind, Mitsuba's type, and its parameters: numbers, and colours as lists; see `lobes.surface`.
     lights : list of dict
-        kind (rectangle, disk, point, directional), placement, colour, and whether it has a ``body`` that stays as a
-        black blocker where it is not lit; in the scene's order.
+        kind (rectangle, disk, sphere, ply, point, spot, …), placement, colour, and whether it has a ``body`` that stays
+        as a black blocker where it is not lit; in the scene's order.
     two_sided, boxed : bool
         Whether backs reflect; whether a pixel is its box rather than its centre.
     scale : float
@@ -127,6 +128,16 @@ class _Files:
         )
         return {"kind": "ply", "file": name, "smooth": False}
 
+    def light(self, light: Light, number: int, reach: float) -> dict[str, Any]:
+        """A light; one that is a triangle is a mesh."""
+        entry = described(light, self.place, self.scale, reach) | {"body": light.body() is not None}
+        corners = entry.pop("corners", None)
+        if corners is None:
+            return entry
+        name = f"{self.stem}-light{number}.ply"
+        write_ply(self.folder / name, np.array(corners).T, np.arange(3)[:, None])
+        return {**entry, "file": name}
+
     def ball(self, ellipsoid: Ellipsoid, number: int) -> dict[str, Any]:
         """A sphere, or an ellipsoid as a mesh; also a sphere that is large and close by."""
         near = _seen_from_close_by(ellipsoid, self.placement)
@@ -202,9 +213,7 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
     for number, ellipsoid in enumerate(scene.ellipsoids):
         add(files.ball(ellipsoid, number), ellipsoid.material)
     reach = placement.reach if normalise else placement.half
-    lights = [
-        described(light, files.place, files.scale, reach) | {"body": light.body() is not None} for light in scene.lights
-    ]
+    lights = [files.light(light, number, reach) for number, light in enumerate(scene.lights)]
     camera = _camera(scene, files.place, reach, SIZE if normalise else reach)
     if placement.wide:
         notes.append(
@@ -215,8 +224,10 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
         notes.append("the camera is more than 10,000 scene sizes away: Mitsuba's float32 hit points lose digits")
     for light in scene.lights:
         notes += approximations(light)
-    own = own_file(scene) is not None
-    limits = close_blockers(scene, seen_box(scene), placement.near) if normalise or own else []
+    own, limits = own_file(scene) is not None, []
+    if normalise or own:
+        seen = seen_box(scene)
+        limits = close_blockers(scene, seen, placement.near) + coarse_lights(scene, seen)
     if own:
         notes.append("the reference is the file itself, as Mitsuba reads it: nothing is moved or scaled")
         limits += far_lifted(scene, placement.half)

@@ -11,6 +11,7 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
 from .description import describe
+from .lights import EMITTERS
 from .xml import to_xml
 
 
@@ -44,9 +45,12 @@ def export_scene(scene: Scene, target: Path) -> list[str]:
     finally:
         shutil.rmtree(beside, ignore_errors=True)
     notes = list(description.notes)
-    if description.is_glossy:
+    strange = ["glossy surfaces"] * description.is_glossy
+    if any(light["kind"] in EMITTERS for light in description.lights):
+        strange.append("cosine lights")
+    if strange:
         notes.append(
-            "the scene has glossy surfaces, which the stock mitsuba executable does not know: "
+            f"the scene has {' and '.join(strange)}, which the stock mitsuba executable does not know: "
             f"render it with `python -m nusselt.mitsuba_bridge render {target.name} -o IMAGE.exr`"
         )
     if any(max(shape["emission"]) > 0 for shape in description.shapes):

@@ -14,14 +14,32 @@ from typing import Any, NoReturn
 import numpy as np
 
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.lights import DirectionalLight, DiskLight, Light, PointLight, QuadLight, SunLight
-from nusselt.renderer.vectors import Floats, column, frame
+from nusselt.renderer.lights import (
+    CosineLight,
+    DirectionalLight,
+    DiskLight,
+    Light,
+    PointLight,
+    QuadLight,
+    SkyLight,
+    SphereLight,
+    SpotLight,
+    SunLight,
+    TriangleLight,
+)
+from nusselt.renderer.vectors import Floats, column, dot, frame
 
 from .distance import Triangle
 from .placement import SIZE
 
 SUN_DISTANCE = 1e5
 """Distance of the sun's disk in scene radii: its irradiance is then off by 2e-6 in the mean (measured)."""
+
+SHAPES = ("rectangle", "disk", "sphere", "ply")
+"""Kinds of a description that are a shape which emits."""
+COLOURS = ("radiance", "intensity", "irradiance")
+EMITTERS = {"cosine_point": "cosine"}
+"""Kinds that are not Mitsuba's own, and the modules of ``child/`` that register them."""
 
 Matrix = list[list[float]]
 Place = Callable[[Any], Floats]
@@ -75,6 +93,46 @@ def _(light: PointLight, place: Place, scale: float, reach: float = SIZE) -> dic
 
 
 @described.register
+def _(light: SpotLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
+    axis = np.array(light.direction)
+    x, y = (v[:, 0] for v in frame(axis[:, None]))
+    return {
+        "kind": "spot",
+        "to_world": _columns(x, y, axis, place(light.position)),
+        "cutoff_angle": light.cutoff,
+        "beam_width": light.begin,
+        "intensity": [c * scale**2 for c in light.intensity],
+    }
+
+
+@described.register
+def _(light: CosineLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
+    return {
+        "kind": "cosine_point",
+        "position": place(light.position).tolist(),
+        "normal": list(light.normal),
+        "intensity": [c * scale**2 for c in light.intensity],
+    }
+
+
+@described.register
+def _(light: SphereLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
+    center, radius = place(light.center).tolist(), light.radius * scale
+    return {"kind": "sphere", "center": center, "radius": radius, "radiance": rgb(light.radiance)}
+
+
+@described.register
+def _(light: TriangleLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
+    corners = [place(corner).tolist() for corner in (light.a, light.b, light.c)]
+    return {"kind": "ply", "corners": corners, "radiance": rgb(light.radiance)}
+
+
+@described.register
+def _(light: SkyLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
+    return {"kind": "constant", "radiance": rgb(light.radiance)}
+
+
+@described.register
 def _(light: DirectionalLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
     direction = (-np.array(light.direction)).tolist()
     return {"kind": "directional", "direction": direction, "irradiance": rgb(light.irradiance)}
@@ -105,7 +163,12 @@ def approximations(light: Light) -> list[str]:
 
 @approximations.register(QuadLight)
 @approximations.register(DiskLight)
+@approximations.register(SphereLight)
+@approximations.register(SkyLight)
+@approximations.register(TriangleLight)
 @approximations.register(PointLight)
+@approximations.register(SpotLight)
+@approximations.register(CosineLight)
 @approximations.register(DirectionalLight)
 def _(light: Light) -> list[str]:
     return []
@@ -123,7 +186,11 @@ def strata_alike(light: Light) -> bool:
 
 
 @strata_alike.register(QuadLight)
+@strata_alike.register(SkyLight)
+@strata_alike.register(TriangleLight)
 @strata_alike.register(PointLight)
+@strata_alike.register(SpotLight)
+@strata_alike.register(CosineLight)
 @strata_alike.register(DirectionalLight)
 def _(light: Light) -> bool:
     return True
@@ -131,40 +198,91 @@ def _(light: Light) -> bool:
 
 @strata_alike.register(SunLight)
 @strata_alike.register(DiskLight)
+@strata_alike.register(SphereLight)
 def _(light: Light) -> bool:
-    return False  # disks to Mitsuba, which lays squares out on them concentrically
+    return False  # disks to Mitsuba, which lays squares out on them concentrically; balls' frames are its own
 
 
 @singledispatch
-def cover(light: Light) -> Triangle:
-    """Triangles (3, k) each corner that hold every place at a finite distance from which it shines."""
+def cover(light: Light) -> tuple[Triangle, float]:
+    """Triangles (3, k) each corner, and a distance from them, that hold every finite place from which it shines."""
     _unknown(light)
 
 
 @cover.register(DirectionalLight)
 @cover.register(SunLight)
-def _(light: Light) -> Triangle:
-    return np.empty((3, 0)), np.empty((3, 0)), np.empty((3, 0))
+@cover.register(SkyLight)
+def _(light: Light) -> tuple[Triangle, float]:
+    return (np.empty((3, 0)), np.empty((3, 0)), np.empty((3, 0))), 0.0
 
 
-@cover.register
-def _(light: PointLight) -> Triangle:
+@cover.register(PointLight)
+@cover.register(SpotLight)
+@cover.register(CosineLight)
+def _(light: PointLight | SpotLight | CosineLight) -> tuple[Triangle, float]:
     place = column(light.position)
-    return place, place, place
+    return (place, place, place), 0.0
 
 
 @cover.register
-def _(light: QuadLight) -> Triangle:
-    return light.body().corners
+def _(light: SphereLight) -> tuple[Triangle, float]:
+    place = column(light.center)
+    return (place, place, place), light.radius
+
+
+@cover.register(QuadLight)
+@cover.register(TriangleLight)
+def _(light: QuadLight | TriangleLight) -> tuple[Triangle, float]:
+    return light.body().corners, 0.0
 
 
 @cover.register
-def _(light: DiskLight) -> Triangle:
+def _(light: DiskLight) -> tuple[Triangle, float]:
     x, y = frame(column(light.normal))
     angle = 2 * math.pi * np.arange(SIDES) / SIDES
     rim = column(light.center) + light.radius / math.cos(math.pi / SIDES) * (x * np.cos(angle) + y * np.sin(angle))
-    return np.repeat(column(light.center), SIDES, axis=1), rim, np.roll(rim, -1, axis=1)
+    return (np.repeat(column(light.center), SIDES, axis=1), rim, np.roll(rim, -1, axis=1)), 0.0
 
 
 SIDES = 48
 """Of the polygon around a disk: 0.2 % of the radius too far out."""
+
+
+@singledispatch
+def rounding(light: Light, points: Floats) -> Floats:
+    """By how much (n,) float32 may make a light brighter or darker at points (3, n), relative to itself."""
+    _unknown(light)
+
+
+@rounding.register(QuadLight)
+@rounding.register(SkyLight)
+@rounding.register(TriangleLight)
+@rounding.register(DiskLight)
+@rounding.register(PointLight)
+@rounding.register(CosineLight)
+@rounding.register(DirectionalLight)
+@rounding.register(SunLight)
+def _(light: Light, points: Floats) -> Floats:
+    return np.zeros(points.shape[1])
+
+
+SINGLE = 2.0**-24
+
+
+@rounding.register
+def _(light: SphereLight, points: Floats) -> Floats:
+    """The density 1/(2 pi (1 - cos alpha)) is taken from cos alpha."""
+    v = column(light.center) - points
+    sine2 = np.minimum(light.radius**2 / np.maximum(dot(v, v), 1e-300), 1.0)
+    return np.asarray(COSINE * SINGLE * (1 + np.sqrt(1 - sine2)) / np.maximum(sine2, 1e-30))
+
+
+@rounding.register
+def _(light: SpotLight, points: Floats) -> Floats:
+    """The angle is the arc cosine of a cosine; relative to the whole intensity."""
+    narrow = math.sin(math.radians(min(light.cutoff, 90.0))) * math.radians(light.cutoff - light.begin)
+    return np.full(points.shape[1], min(ANGLE * SINGLE / narrow, 1.0))
+
+
+COSINE, ANGLE = 1.0, 2.0
+"""Roundings of a ball's cosine, its square's and the root's, counted as 3/4 (0.4 measured); of a spot's (0.7)."""

@@ -14,7 +14,7 @@ from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Bools, Floats, Ints, dot
 
 from .distance import Triangle, between_triangles, distance_to_triangles, from_ellipsoid
-from .lights import cover
+from .lights import cover, rounding
 
 CLOSE = 1e-3
 """Blockers closer to a light than this share of the shadow ray's length are ignored by Mitsuba 3.9."""
@@ -35,7 +35,8 @@ def close_blockers(scene: Scene, points: Floats, half: float) -> list[str]:
     notes = []
     for number, light in enumerate(scene.lights):
         others = np.flatnonzero(owner != number)
-        to_triangle, to_ellipsoid = clearance(light, geometry, others)
+        bodies = np.flatnonzero(geometry.light[geometry.ellipsoid_surface] != number)
+        to_triangle, to_ellipsoid = clearance(light, geometry, others, bodies)
         distance = min(to_triangle.min(initial=np.inf), to_ellipsoid.min(initial=np.inf))
         if light.at_infinity or not distance < np.inf:
             continue
@@ -69,13 +70,38 @@ def far_lifted(scene: Scene, half: float) -> list[str]:
     ]
 
 
-def clearance(light: Light, geometry: Geometry, triangles: Ints) -> tuple[Floats, Floats]:
+FAULT = 1e-4
+"""Share of a light, that float32 may take or add, from which it is said."""
+
+
+def coarse_lights(scene: Scene, points: Floats) -> list[str]:
+    """A sentence for every light that is so small or so narrow that float32 loses it.
+
+    Parameters
+    ----------
+    points : (3, n) float64
+        Whose convex hull holds what is seen.
+    """
+    notes = []
+    for number, light in enumerate(scene.lights):
+        share = float(rounding(light, points).max(initial=0.0))
+        if share > FAULT:
+            notes.append(
+                f"light {number + 1} ({light.kind}) is so narrow that Mitsuba's float32 may be off by {share:.1g} of "
+                "its light"
+            )
+    return notes
+
+
+def clearance(light: Light, geometry: Geometry, triangles: Ints, bodies: Ints | None = None) -> tuple[Floats, Floats]:
     """How far a light is from what its light can meet: infinity where that lies behind it.
 
     Parameters
     ----------
     triangles : (t,) int64
         Those of the geometry to look at.
+    bodies : (k,) int64, optional
+        The same of its ellipsoids; infinity for the others.
 
     Returns
     -------
@@ -88,14 +114,18 @@ def clearance(light: Light, geometry: Geometry, triangles: Ints) -> tuple[Floats
     before, before_bodies = _before(light, g, corners)
     a, b, c = (points[:, before] for points in corners)
     ahead = a, b, c
-    pieces = list(zip(*(points.T[:, :, None] for points in cover(light)), strict=True))
+    covering, around = cover(light)
+    pieces = list(zip(*(points.T[:, :, None] for points in covering), strict=True))
+    if bodies is not None:
+        before_bodies &= np.isin(np.arange(g.ellipsoids), bodies)
     for piece in pieces:
-        away = between_triangles(piece, ahead) if light.has_extent else distance_to_triangles(piece[0], *ahead)
+        is_point = not (piece[0] != piece[1]).any()
+        away = distance_to_triangles(piece[0], *ahead) if is_point else between_triangles(piece, ahead)
         to_triangle[before] = np.minimum(to_triangle[before], away)
     for body in np.flatnonzero(before_bodies):
         shape = g.center[:, [body]], g.axes[body], g.inverse[body]
         to_ellipsoid[body] = min((from_ellipsoid(*shape, *piece).item() for piece in pieces), default=np.inf)
-    return to_triangle, to_ellipsoid
+    return np.maximum(to_triangle - around, 0.0), np.maximum(to_ellipsoid - around, 0.0)
 
 
 def _before(light: Light, g: Geometry, corners: Triangle) -> tuple[Bools, Bools]:
@@ -115,6 +145,9 @@ def _what(g: Geometry, triangles: Ints, to_triangle: Floats, to_ellipsoid: Float
     """The surface that is nearest."""
     if to_ellipsoid.min(initial=np.inf) <= to_triangle.min(initial=np.inf):
         body = int(to_ellipsoid.argmin())
+        light = g.light[g.ellipsoid_surface[body]]
+        if light >= 0:
+            return f"light {light + 1}"
         return f"sphere {body + 1} about {_place(g.center[:, body])}"
     triangle = triangles[int(to_triangle.argmin())]
     place = _place((g.a + g.b + g.c)[:, triangle] / 3)

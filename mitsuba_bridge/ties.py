@@ -28,7 +28,7 @@ class _Faces:
 
     def __init__(self, scene: Scene, geometry: Geometry) -> None:
         g = geometry
-        disks = [cover(scene.lights[g.light[row]]) for row in g.disk_surface]
+        disks = [cover(scene.lights[g.light[row]])[0] for row in g.disk_surface]
         self.a, self.b, self.c = (
             np.hstack([corner, *(disk[k] for disk in disks)]) for k, corner in enumerate((g.a, g.b, g.c))
         )
@@ -58,7 +58,10 @@ def tied(scene: Scene) -> tuple[Bools, list[str]]:
     corners = primary_directions(scene, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
     hits = first_hits(geometry, column(scene.camera.position), primary_directions(scene, x, y), corners)
     said = set()
-    for pixel, first, second in (_on_faces(faces, geometry, hits, one, other, placement), _on_bodies(hits, bodies)):
+    for pixel, first, second in (
+        _on_faces(faces, geometry, hits, one, other, placement),
+        _on_bodies(geometry, hits, bodies),
+    ):
         pixels[pixel] = True
         said |= {tuple(sorted(pair)) for pair in zip(first.tolist(), second.tolist(), strict=True)}
     names = "; ".join(_both(*(_name(geometry, scene, row) for row in pair)) for pair in sorted(said)[:3])
@@ -147,16 +150,16 @@ def _bodies(scene: Scene, g: Geometry) -> Ints:
     where = np.hstack((g.center.T, g.axes.reshape(-1, 9)))
     _, number = np.unique(where, axis=0, return_inverse=True)
     number = number.ravel()
-    looks = np.array([hash(e.material) for e in scene.ellipsoids], dtype=np.int64)
+    looks = _alike(scene, g)[g.ellipsoid_surface]
     i, j = np.nonzero((number[:, None] == number) & (looks[:, None] != looks)) if number.size < 4096 else ((), ())
     return np.array([i, j], dtype=np.int64)
 
 
-def _on_bodies(hits: Hits, bodies: Ints) -> tuple[Ints, Ints, Ints]:
+def _on_bodies(g: Geometry, hits: Hits, bodies: Ints) -> tuple[Ints, Ints, Ints]:
     pixel = np.flatnonzero(np.isin(hits.ellipsoid, bodies[0]))
     partner = dict(zip(*bodies.tolist(), strict=True))
-    base = hits.surface[pixel] - hits.ellipsoid[pixel]
-    return pixel, hits.surface[pixel], base + np.array([partner[e] for e in hits.ellipsoid[pixel].tolist()], dtype=int)
+    other = np.array([partner[e] for e in hits.ellipsoid[pixel].tolist()], dtype=int)
+    return pixel, hits.surface[pixel], g.ellipsoid_surface[other]
 
 
 def _both(one: str, other: str) -> str:

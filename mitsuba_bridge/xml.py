@@ -9,6 +9,7 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from .description import ROBUST, Description
+from .lights import COLOURS, SHAPES
 
 Lines = list[str]
 
@@ -66,13 +67,23 @@ def _shape(shape: dict[str, Any], number: int) -> Lines:
 
 def _light(light: dict[str, Any], number: int) -> Lines:
     name, kind = f"id={quoteattr(f'light{number}')}", quoteattr(light["kind"])
-    if light["kind"] in ("rectangle", "disk"):
+    inside = []
+    for key, value in light.items():
+        if key == "to_world":
+            inside.append(_matrix(value))
+        elif key == "file":
+            inside += [_tag("string", "filename", value), _tag("boolean", "face_normals", "true")]
+        elif key == "radiance" and light["kind"] in SHAPES:
+            continue
+        elif key in COLOURS:
+            inside.append(_rgb(key, value))
+        elif key in ("position", "center", "direction", "normal"):
+            inside.append(_point("point" if key in ("position", "center") else "vector", key, value))
+        elif key not in ("kind", "body"):
+            inside.append(_tag("float", key, _number(value)))
+    if light["kind"] in SHAPES:
         emitter = ['<emitter type="area">', _rgb("radiance", light["radiance"]), "</emitter>"]
-        return [f"<shape type={kind} {name}>", _matrix(light["to_world"]), *BLACK, *emitter, "</shape>"]
-    if light["kind"] == "point":
-        inside = [_point("point", "position", light["position"]), _rgb("intensity", light["intensity"])]
-    else:
-        inside = [_point("vector", "direction", light["direction"]), _rgb("irradiance", light["irradiance"])]
+        return [f"<shape type={kind} {name}>", *inside, *BLACK, *emitter, "</shape>"]
     return [f"<emitter type={kind} {name}>", *inside, "</emitter>"]
 
 

@@ -145,7 +145,7 @@ def _lights_nothing(light: Light, receivers: Floats) -> str:
     return ""
 
 
-def _blockers(geometry: Geometry, light: Light, receivers: Floats) -> Blockers:
+def _blockers(geometry: Geometry, index: int, light: Light, receivers: Floats) -> Blockers:
     """The surfaces that may stand between a light and some receiver.
 
     A triangle cannot hide any of a light's points from any of a receiver's if one of three planes separates:
@@ -153,7 +153,7 @@ def _blockers(geometry: Geometry, light: Light, receivers: Floats) -> Blockers:
     (the triangle behind it). First its own plane against all receivers at once, then pair by pair.
     """
     points, at_infinity = light.hull(), light.at_infinity
-    found = Blockers.everything(geometry).between(receivers, points, at_infinity)
+    found = Blockers.around(geometry, index).between(receivers, points, at_infinity)
     found = replace(found, disks=_before(geometry, light, found.disks))
     lit = np.flatnonzero(geometry.reflects[geometry.triangle_surface])
     # Beyond a few thousand, their planes tell little.
@@ -222,8 +222,9 @@ def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Ne
         Leave nothing out: the same image to rounding, at full price.
     """
     if everything:
-        whole = Blockers.everything(geometry).gathered()
-        return Needs(tuple(Source(i, light, whole, True) for i, light in enumerate(scene.lights)), ())
+        wholes = [Blockers.around(geometry, index).gathered() for index in range(len(scene.lights))]
+        pairs = enumerate(zip(scene.lights, wholes, strict=True))
+        return Needs(tuple(Source(index, light, whole, True) for index, (light, whole) in pairs), ())
     receivers = _receivers(geometry)
     left_out: list[LeftOut] = []
     sources: list[Source] = []
@@ -234,7 +235,7 @@ def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Ne
         if reason:
             left_out.append(LeftOut(name, reason))
             continue
-        blockers = _blockers(geometry, light, receivers).gathered()
+        blockers = _blockers(geometry, index, light, receivers).gathered()
         kept = blockers.count
         if kept == 0:
             left_out.append(LeftOut(f"shadow rays to {name}", "nothing stands between it and a surface it lights"))
@@ -246,7 +247,7 @@ def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Ne
         sources.append(Source(index, light, blockers, scene.is_glossy))
     if scene.lights:
         left_out += _lobes_left_out(scene, geometry)
-    if not scene.ellipsoids:
+    if not geometry.ellipsoids:
         left_out.append(LeftOut("sphere intersections", "the scene has no spheres"))
     if not scene.lights:
         left_out.append(LeftOut("shading", "the scene has no light"))

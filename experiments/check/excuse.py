@@ -1,8 +1,9 @@
 """What a reference may itself be wrong by: before ours is said to differ, that is taken out of the difference.
 
 Mitsuba's rule for shadow rays is known, and followed: how much it changes each pixel is measured, with and without it
-and the same random numbers. Only as much of the difference, where it is and with its sign, is forgiven. What is left is
-judged again: if that is enough, the row is `undecided` and says why; if not, it differs as before.
+and the same random numbers. What float32 makes of narrow lights is known to its size. Only as much of the difference,
+where it is and with its sign, is forgiven. What is left is judged again: if that is enough, the row is `undecided` and
+says why; if not, it differs as before.
 """
 
 from __future__ import annotations
@@ -17,8 +18,12 @@ from nusselt.experiments.verdict.evidence import NO_EXPECTATIONS, Expectations, 
 from nusselt.experiments.verdict.judge import Verdict, judge
 from nusselt.experiments.verdict.level import Level
 from nusselt.experiments.verdict.rules.noise_free import UNJUDGED
+from nusselt.mitsuba_bridge.lights import rounding
 from nusselt.mitsuba_bridge.reference import Reference
+from nusselt.renderer.camera.rays import pixel_centres
+from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators import Area
+from nusselt.renderer.estimators.analytic import without_shadows
 from nusselt.renderer.image import Image
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
@@ -53,6 +58,18 @@ def rule_error(scene: Scene, seed: int, executor: Executor | None = None) -> tup
     return found.mean(axis=0), error
 
 
+def rounding_error(scene: Scene) -> Floats:
+    """By how much Mitsuba's float32 may be off in each pixel (3, h, w), where lights are narrow; at centres."""
+    near, geometry, needs = prepare(scene)
+    out = np.zeros((3, scene.height * scene.width))
+    view = look(near, geometry, *pixel_centres(range(scene.width), range(scene.height)))
+    for source in needs.sources:
+        share = rounding(source.light, view.points.position)
+        if share.any():
+            out[:, view.lit] += share * without_shadows(view.points, replace(source, light=source.light.without_rim()))
+    return out.reshape(3, scene.height, scene.width)
+
+
 def reconsidered(
     verdict: Verdict,
     scene: Scene,
@@ -81,11 +98,12 @@ def reconsidered(
             return replace(verdict, reason=f"{hidden} shaded pixels are not judged: {'; '.join(reference.limits)}")
     if verdict.word != "differs" or reference.renderer != "mitsuba":
         return verdict
-    known = rule_error(scene, seed, executor)
-    if known is None:
+    known, rounded = rule_error(scene, seed, executor), rounding_error(scene)
+    if known is None and not rounded.any():
         return verdict
-    added, error = known
-    low, high = -np.maximum(added, 0) - SURE * error, -np.minimum(added, 0) + SURE * error
+    added, error = known or (np.zeros_like(rounded), np.zeros_like(rounded))
+    room = SURE * error + rounded
+    low, high = -np.maximum(added, 0) - room, -np.minimum(added, 0) + room
     difference = ours.mean - reference.mean
     shaded = ours.shaded & (reference.emitter == 0) & (reference.background == 0)
     left = np.where(shaded, difference - np.clip(difference, low, high), difference)
@@ -104,5 +122,8 @@ def reconsidered(
     causes = reference.limits or (
         "Mitsuba up to 3.9 lifts shadow rays off the surface and ends them short of the light",
     )
-    told = f"by Mitsuba's rule for shadow rays its own mean is {share:+.2%} off, which explains that {verdict.reason}"
+    told = f"by Mitsuba's rule for shadow rays its own mean is {share:+.2%} off"
+    if rounded.any():
+        told += f", by its roundings up to {float(rounded.mean(axis=0)[shaded].mean()) / size:.2%}"
+    told += f", which explains that {verdict.reason}"
     return replace(verdict, word="undecided", reason=f"{'; '.join(causes)}: {told}", more=None)

@@ -38,8 +38,8 @@ def no_surface_cosine() -> Altered:
 
 
 def _light_cosine(light: Light, d: Floats) -> Floats | None:
-    """At a light that shines from a plane, positive before it."""
-    plane = light.plane()
+    """At a light whose area shines from a plane, positive before it."""
+    plane = light.plane() if light.area > 0 else None
     return None if plane is None else -dot(plane[0][:, :, None], d) / _length(d)
 
 
@@ -184,7 +184,7 @@ def area_measure() -> Altered:
     """A density over area used as one over solid angle."""
 
     def beam(points: ShadingPoints, light: Light, d: Floats, weight: Floats) -> tuple[Floats, Floats]:
-        if light.plane() is None:
+        if _light_cosine(light, d) is None:
             return d, weight
         return d, np.where(weight > 0, light.area / weight.shape[1], 0.0)
 

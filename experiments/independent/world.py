@@ -210,7 +210,7 @@ def light_of(word: str, a: Floats) -> Light:
     Raises
     ------
     ValueError
-        If the word is none of the format's.
+        If the word is none that this renderer knows.
     """
     if word == "quadLight":
         return Light("quad", a[:3], a[9:12], a[3:6], a[6:9])
@@ -219,7 +219,8 @@ def light_of(word: str, a: Floats) -> Light:
     if word in ("directional", "sun"):
         angle = math.radians(a[6]) if word == "sun" else 0.0
         return Light(word, a[:3] / np.linalg.norm(a[:3]), a[3:6], angle=angle)
-    raise ValueError(f"{word} = {a.tolist()}: expected a command of the scene text format")
+    known = "quadLight, point, directional or sun"
+    raise ValueError(f"{word} = {a.tolist()}: expected a light that this renderer knows: {known}")
 
 
 def read_world(text: str) -> World:

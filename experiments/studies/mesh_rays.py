@@ -75,6 +75,8 @@ def _shadows(source: Source, view: ShadingPoints, points: int) -> tuple[int, flo
     rays, fast, slow, mismatches = 0, 0.0, 0.0, 0
     for u, v in lattice(points).T:
         eye = light.at(u, v)
+        if eye is None:
+            raise TypeError(f"points have no place of a {light.kind} light in common")
         d = eye - view.position
         k = np.flatnonzero(dot(view.normal, d) > 0)
         p, own, way = view.position[:, k], view.ellipsoid[k], d[:, k]

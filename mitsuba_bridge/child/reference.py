@@ -15,6 +15,8 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
+from nusselt.mitsuba_bridge.lights import SHAPES
+
 from . import passes, scalar_passes
 from .own_scene import own_scene
 from .passes import Array
@@ -44,6 +46,8 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
     rays = tracing.BOX_SAMPLES if description["boxed"] else 1
     emission = {f"shape{number}": shape["emission"] for number, shape in enumerate(description["shapes"])}
     emitter, background, glow = tracing.look(dark, camera, every, rays, _stream(seed, 0, 0, 0), emission)
+    if any(light["kind"] == "constant" for light in description["lights"]):
+        emitter, background = emitter + background, np.zeros_like(background)  # a light is seen where nothing is
     holes = np.zeros(every.size) if description["boxed"] else tracing.holes(dark, camera, every)
     shaded = np.flatnonzero((emitter < 1) & (background < 1))
     lights = np.flatnonzero(emitter == 1)  # without noise: one sample each
@@ -165,7 +169,8 @@ class _Switches:
         self.radiance = {name: type(self.values[name])(self.values[name]) for name in names if name in self.values}
 
     def _body(self, number: int) -> str:
-        return f"light{number}.emitter" if "to_world" in self.description["lights"][number] else f"light{number}"
+        kind = self.description["lights"][number]["kind"]
+        return f"light{number}.emitter" if kind in SHAPES else f"light{number}"
 
     def lighting(self, lit: tuple[int, ...]) -> Any:
         """The scene with these lights on."""

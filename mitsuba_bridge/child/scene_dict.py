@@ -10,6 +10,7 @@ from typing import Any
 import mitsuba as mi
 
 from nusselt.mitsuba_bridge.description import ROBUST
+from nusselt.mitsuba_bridge.lights import COLOURS, SHAPES
 
 BLACK = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0, 0.0, 0.0]}}
 
@@ -31,17 +32,24 @@ def bsdf_dict(bsdf: dict[str, Any], two_sided: bool) -> dict[str, Any]:
     return {"type": "twosided", "bsdf": found} if two_sided else found
 
 
-def light_dict(light: dict[str, Any], lit: bool) -> dict[str, Any] | None:
+def light_dict(light: dict[str, Any], folder: Path, lit: bool) -> dict[str, Any] | None:
     """One light; one that is not lit stays as a black blocker if it has a body in the scene."""
-    kind = light["kind"]
     if not (lit or light["body"]):
         return None
-    if kind in ("rectangle", "disk"):
-        shape = {"type": kind, "to_world": _matrix(light["to_world"]), "bsdf": BLACK}
-        return shape | ({"emitter": {"type": "area", "radiance": _rgb(light["radiance"])}} if lit else {})
-    if kind == "point":
-        return {"type": "point", "position": light["position"], "intensity": _rgb(light["intensity"])}
-    return {"type": "directional", "direction": light["direction"], "irradiance": _rgb(light["irradiance"])}
+    entry: dict[str, Any] = {"type": light["kind"]}
+    for key, value in light.items():
+        if key == "to_world":
+            entry[key] = _matrix(value)
+        elif key in COLOURS:
+            entry[key] = _rgb(value)
+        elif key == "file":
+            entry |= {"filename": str(folder / value), "face_normals": True}
+        elif key not in ("kind", "body"):
+            entry[key] = value
+    if light["kind"] not in SHAPES:
+        return entry
+    emitter = {"type": "area", "radiance": entry.pop("radiance")}
+    return entry | {"bsdf": BLACK} | ({"emitter": emitter} if lit else {})
 
 
 def sensor_dict(camera: dict[str, Any]) -> dict[str, Any]:
@@ -88,7 +96,7 @@ def scene_dict(description: dict[str, Any], folder: Path, lit: Container[int], r
             entry |= {"center": shape["center"], "radius": shape["radius"]}
         found[f"shape{number}"] = entry
     for number, light in enumerate(description["lights"]):
-        body = light_dict(light, number in lit)
+        body = light_dict(light, folder, number in lit)
         if body is not None:
             found[f"light{number}"] = body
     return found

@@ -11,6 +11,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from nusselt.mitsuba_bridge.lights import EMITTERS
 from nusselt.mitsuba_bridge.lobes import SURFACES
 
 from . import phong
@@ -26,7 +27,7 @@ from .variance import spread
 
 Task = Callable[[dict[str, Any], Path, Progress], dict[str, Array]]
 
-for _module in sorted({surface.module for surface in SURFACES if surface.module}):
+for _module in sorted({surface.module for surface in SURFACES if surface.module} | set(EMITTERS.values())):
     import_module(f".{_module}", __package__).register()
 
 

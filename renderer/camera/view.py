@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.lights import around
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, Ints, column, dot, unit
@@ -32,7 +33,7 @@ class View:
     emission : (3, n) float64
         Radiance seen directly, from the front of what emits.
     emitter, background, back : (n,) bool
-        The ray hits a light; nothing; the black back of a one-sided surface.
+        The ray hits a light, or a sky where there is nothing; nothing; the black back of a one-sided surface.
     lit : (k,) int64
         The rays whose hit reflects.
     points : ShadingPoints
@@ -83,6 +84,10 @@ def look(scene: Scene, geometry: Geometry, x: Floats, y: Floats) -> View:
     hit = np.flatnonzero(~background)
     emitter[hit] = geometry.light[hits.surface[hit]] >= 0
     emission[:, hit] = geometry.emission[:, hits.surface[hit]] * (cosine[hit] > 0)
+    sky = around(scene.lights)
+    if sky is not None:
+        emission[:, background] = sky
+        emitter, background = emitter | background, np.zeros_like(background)
     faces = (cosine != 0) if scene.two_sided else (cosine > 0)
     reflects = ~background & ~emitter & faces
     lit = np.flatnonzero(reflects)

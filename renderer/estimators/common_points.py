@@ -47,7 +47,11 @@ def hidden(points: ShadingPoints, source: Source, at: Floats) -> Floats:
         reaching = np.flatnonzero((weight > 0) & (dot(points.normal, d) > 0))
         position, normal = points.position[:, reaching], points.normal[:, reaching]
         own, outside = points.ellipsoid[reaching], points.outside[reaching]
-        seen = view.seen(position, own, d[:, reaching], light.at(u, v), light.at_infinity, normal, outside)
+        way, place = d[:, reaching], light.at(u, v)
+        if place is None:
+            seen = source.blockers.visible(position, own, way[:, :, None], light.at_infinity, normal)[:, 0]
+        else:
+            seen = view.seen(position, own, way, place, light.at_infinity, normal, outside)
         k = reaching[~seen]
         if k.size:
             lost = reflect(points.take(k), d[:, k, None], weight[k, None] / at.shape[1], source.glossy)

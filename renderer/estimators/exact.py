@@ -1,10 +1,11 @@
 """Light behind occluders without noise: boundary integrals over the visible contour.
 
-Diffuse and glossy, for parallelograms. Lights without extent take one shadow ray. Big closed meshes are taken
-by their silhouettes (`soft_shadows.meshes`), on diffuse surfaces: what is claimed there is consistency, and how far it
-goes is what each value's bound says. What it leaves to sampling, and then claims no exactness for: lights that are no
-parallelograms behind blockers, parallelograms behind flat disks, round bodies through a light's plane, points with
-more than MOST candidates, whose cost grows with the square, and lobes without boundary integrals.
+Diffuse and glossy, for parallelograms and triangles. Lights without extent take one shadow ray. Big closed meshes are
+taken by their silhouettes (`soft_shadows.meshes`), on diffuse surfaces and for parallelograms: what is claimed there is
+consistency, and how far it goes is what each value's bound says. What it leaves to sampling, and then claims no
+exactness for: lights that are neither behind blockers, triangles behind big meshes, both behind flat disks, round
+bodies through a light's plane, points with more than MOST candidates, whose cost grows with the square, and lobes
+without boundary integrals.
 """
 
 from __future__ import annotations
@@ -88,7 +89,7 @@ class Exact:
             raise InputError(
                 "shadow origin", "mitsuba", f"another estimator than {self.name}, which traces no shadow rays"
             )
-        n, quad = points.count, source.light.parallelogram()
+        n, quad = points.count, _square_of(source)
         if _unknown(source):
             return self._sampled(points, source, rng), np.full(n, np.inf), {"sampled": n}
         if _by_silhouettes(source):
@@ -112,11 +113,16 @@ class Exact:
         return ControlVariate(samples=self.samples, stratified=self.stratified)(points, source, rng)
 
 
+def _square_of(source: Source) -> QuadLight | None:
+    """The parallelogram in whose square a light's shadows are found, if there is one."""
+    return source.light.parallelogram() or source.light.half_of()
+
+
 def _unknown(source: Source) -> str:
     """Which lobe has no integral over the light, or over what is left of it; empty if all have."""
     for kind in source.without_form:
         return f"{kind.title} has no closed form over a {source.light.kind} light"
-    if source.light.parallelogram() is not None and not source.blockers.none:
+    if _square_of(source) is not None and not source.blockers.none:
         for kind in source.without_contour:
             return f"{kind.title} has no boundary integrals"
     return ""
@@ -154,5 +160,5 @@ def _may_sample(source: Source) -> bool:
         return True
     if not source.has_extent or source.blockers.none:
         return False
-    quad = source.light.parallelogram()
+    quad = _square_of(source)
     return quad is None or (not bounds_alone(source) and _many(source, quad, MOST))

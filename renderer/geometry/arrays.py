@@ -92,6 +92,7 @@ def build_geometry(scene: Scene) -> Geometry:
     light_of = [-1] * len(surfaces)
     owners = list(range(len(scene.meshes)))
     disks: list[tuple[FlatDisk, int]] = []
+    balls = [(ball, len(scene.meshes) + k) for k, ball in enumerate(scene.ellipsoids)]
     for index, light in enumerate(scene.lights):
         body = light.body()
         if body is not None:
@@ -99,11 +100,12 @@ def build_geometry(scene: Scene) -> Geometry:
             counts.append(body.corners[0].shape[1])
             owners.append(len(surfaces))
             disks += [(disk, len(surfaces)) for disk in body.disks]
+            balls += [(ball, len(surfaces)) for ball in body.balls]
             surfaces.append(Material(emission=light.colour))
             light_of.append(index)
     empty = np.empty((3, 0))
     a, b, c = (np.hstack([empty, *(triple[k] for triple in corners)]) for k in range(3))
-    axes = np.array([e.axes for e in scene.ellipsoids]).reshape(-1, 3, 3)
+    axes = np.array([ball.axes for ball, _ in balls]).reshape(-1, 3, 3)
     lobes, columns = lobe_tables(surfaces)
     return Geometry(
         a=a,
@@ -111,10 +113,10 @@ def build_geometry(scene: Scene) -> Geometry:
         c=c,
         normal=cross(b - a, c - a),
         triangle_surface=np.repeat(np.array(owners, dtype=np.int64), counts),
-        center=np.array([e.center for e in scene.ellipsoids]).reshape(-1, 3).T,
+        center=np.array([ball.center for ball, _ in balls]).reshape(-1, 3).T,
         axes=axes,
         inverse=np.linalg.inv(axes),
-        ellipsoid_surface=len(scene.meshes) + np.arange(len(scene.ellipsoids)),
+        ellipsoid_surface=np.array([surface for _, surface in balls], dtype=np.int64),
         disk_center=np.array([disk.center for disk, _ in disks]).reshape(-1, 3).T,
         disk_normal=np.array([disk.normal for disk, _ in disks]).reshape(-1, 3).T,
         disk_radius=np.array([disk.radius for disk, _ in disks], dtype=np.float64),

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from nusselt.renderer.surfaces import FlatDisk
+from nusselt.renderer.surfaces import Ellipsoid, FlatDisk
 from nusselt.renderer.vectors import Floats
 
 Corners: TypeAlias = tuple[Floats, Floats, Floats]
@@ -22,7 +22,8 @@ def _no_triangles() -> Corners:
 
 @dataclass(frozen=True)
 class Body:
-    """Triangles and flat disks, black, their front the emitting side."""
+    """Triangles, flat disks and balls, black, their front the emitting side."""
 
     corners: Corners = field(default_factory=_no_triangles)
     disks: tuple[FlatDisk, ...] = ()
+    balls: tuple[Ellipsoid, ...] = ()

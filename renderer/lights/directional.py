@@ -45,9 +45,9 @@ class DirectionalLight(OneBeam):
 
     def beams(self, points: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]:
         d = np.broadcast_to(column(self.direction)[:, :, None], (3, points.shape[1], 1))
-        return d, self.worth(d)
+        return d, self.worth(points, d)
 
-    def worth(self, d: Floats) -> Floats:
+    def worth(self, points: Floats, d: Floats) -> Floats:
         return np.ones(d.shape[1:])
 
     def at(self, u: float, v: float) -> Floats:

@@ -9,11 +9,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.closed_forms.circles.circles import EPS, CircleArcs
-from nusselt.renderer.closed_forms.circles.cones import ALL, Rounds
+from nusselt.renderer.closed_forms.circles.circles import EPS
+from nusselt.renderer.closed_forms.circles.cones import Rounds
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.lobes import Lobe
-from nusselt.renderer.lobes.protocol import Contour
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.surfaces import FlatDisk
 from nusselt.renderer.validation import Vec3, colour, direction, finite, vector
@@ -22,6 +21,8 @@ from nusselt.renderer.watertight import PLANE_ULPS, largest, one_norm
 
 from .body import Body, Plane
 from .facing import solid_angle
+from .plain import Plain
+from .round_patch import round_patch
 from .text import Text
 
 MOVED = 16.0
@@ -29,7 +30,7 @@ MOVED = 16.0
 
 
 @dataclass(frozen=True)
-class DiskLight:
+class DiskLight(Plain):
     """A disk that emits on the side of its normal only: black as a reflector, opaque, and visible to the camera.
 
     Parameters
@@ -80,7 +81,7 @@ class DiskLight:
     def beams(self, points: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]:
         """Area measure: density 1/A, so a sample stands for A cos(theta_l) / R^2 of solid angle, over N."""
         d = (column(self.center) - points)[:, :, None] + self._from_centre(u, v)
-        return d, self.worth(d) * (self._faced(points)[:, None] / u.shape[1])
+        return d, self.worth(points, d) * (self._faced(points)[:, None] / u.shape[1])
 
     def _faced(self, points: Floats) -> NDArray[np.bool_]:
         """Which points (3, n) lie before the disk by more than rounding, as for shadow rays."""
@@ -88,7 +89,7 @@ class DiskLight:
         bound = PLANE_ULPS * one_norm(normal) * (largest(center) + largest(points))
         return np.asarray(dot(normal, points - center) > bound)
 
-    def worth(self, d: Floats) -> Floats:
+    def worth(self, points: Floats, d: Floats) -> Floats:
         return solid_angle(-self.area * column(self.normal), d)
 
     def at(self, u: float, v: float) -> Floats:
@@ -108,26 +109,14 @@ class DiskLight:
         return column(self.normal), column(self.center)
 
     def unshadowed(self, points: ShadingPoints, glossy: bool) -> tuple[Floats, Floats]:
-        """Boundary integrals over the rim's circle and, where it is cut, along the horizon (`boundary_integrals`).
+        """Boundary integrals over the rim's circle and, where it is cut, along the horizon (`round_patch`).
 
         Anywhere before the disk, for any exponent. Relative error measured against quadrature above both horizons, at
         one to four radii and exponents to 20: Lambert 9e-16, lobe 5e-15 at most, bounds 4e-12 at most. The arcs' sum
         cancels as distance over radius: at 1e3 radii Lambert is off by 1e-12 (bound 3e-10), at 1e5 by 1e-10 (3e-8).
         """
-        out, error = np.zeros_like(points.position), np.zeros_like(points.position)
-        for kind in points.reflecting(glossy):
-            albedo = points.albedo(kind)
-            k = np.flatnonzero(self._reaches(points) & (albedo > 0).any(axis=0))
-            if k.size:
-                if kind.contour is None:
-                    raise InputError(
-                        kind.title, "over a disk", "a lobe with boundary integrals, or an estimator that samples"
-                    )
-                value, bound = self._contour(points.take(k), kind.contour)
-                out[:, k] += albedo[:, k] * (value / (2 * math.pi))
-                error[:, k] += albedo[:, k] * (bound / (2 * math.pi))
-        bound = np.divide(error, out, out=np.zeros_like(out), where=out > 1e-280).max(axis=0)
-        return out * column(self.colour), bound
+        radiance, bound = round_patch(points, self._reaches(points), self._cones, glossy, "disk")
+        return radiance * column(self.colour), bound
 
     def _reaches(self, points: ShadingPoints) -> NDArray[np.bool_]:
         """Which points it shines on, and above whose horizon some of it is."""
@@ -139,25 +128,9 @@ class DiskLight:
     def has_form(self, kind: type[Lobe]) -> bool:
         return kind.contour is not None
 
-    def _contour(self, points: ShadingPoints, contour: Contour) -> tuple[Floats, Floats]:
-        """2 pi times a lobe's integral for unit radiance, and its absolute bound, (n,)."""
-        cone, shift = self._cones(points.position)
-        middle, half = (part[0] for part in cone.spans(points.normal[:, None]))
-        whole = half == ALL
-        middle, half = np.where(whole, 0.0, middle), np.where(whole, math.pi, np.maximum(half, 0.0))
-        arcs = CircleArcs(cone, middle - half, middle + half)
-        value, bound = contour.circles(points, arcs)
-        cut = np.flatnonzero(~whole & (half > 0))
-        if cut.size:
-            part = arcs.take(cut)
-            start, end = part.cone.direction(part.last), part.cone.direction(part.first)
-            share, doubt = contour.arcs(points, cut, start, end)
-            value[cut] += share
-            bound[cut] += doubt
-        return np.maximum(value, 0.0), bound + shift * contour.peak(points)
-
-    def _cones(self, points: Floats) -> tuple[Rounds, Floats]:
-        """The disk as points see it, and by how much (n,) rounding moves its rim, times the rim's length: sr."""
+    def _cones(self, shaded: ShadingPoints) -> tuple[Rounds, Floats]:
+        """The disk as points see it, and by how much rounding moves its rim; see `Seen`."""
+        points = shaded.position
         normal, v = column(self.normal), column(self.center) - points
         height = -dot(normal, v)
         across = v + height * normal
@@ -171,9 +144,6 @@ class DiskLight:
         nearest = np.hypot(aside - self.radius, height)
         moved = MOVED * EPS * (largest(points) + largest(column(self.center)) + self.radius) / nearest
         return cone, moved * 2 * math.pi * np.minimum(self.radius / nearest, 1.0)
-
-    def parallelogram(self) -> None:
-        return None
 
     def anchored(self) -> Floats:
         return column(self.center)

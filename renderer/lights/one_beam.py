@@ -12,13 +12,15 @@ from nusselt.renderer.shading import ShadingPoints, reflect
 from nusselt.renderer.validation import Vec3
 from nusselt.renderer.vectors import Floats, column
 
+from .body import Plane
+from .plain import Plain
 from .sampling import one_place
 
 CLOSED = 1e-12
 """Bound of a product of few factors, relative to its value; t^s adds its own."""
 
 
-class OneBeam(ABC):
+class OneBeam(Plain, ABC):
     """The answers to `Light` that such kinds share; a kind adds its colour, its place and its beam."""
 
     has_extent: ClassVar[bool] = False
@@ -43,7 +45,7 @@ class OneBeam(ABC):
     def body(self) -> None:
         return None
 
-    def plane(self) -> None:
+    def plane(self) -> Plane | None:
         return None
 
     def unshadowed(self, points: ShadingPoints, glossy: bool) -> tuple[Floats, Floats]:
@@ -51,10 +53,11 @@ class OneBeam(ABC):
         steep = np.zeros(points.count)
         for kind in points.reflecting(glossy):
             steep = np.maximum(steep, kind.steepness(points))
-        return reflect(points, d, weight, glossy) * column(self.colour), CLOSED * (1 + steep / 1000)
+        return reflect(points, d, weight, glossy) * column(self.colour), CLOSED * (1 + steep / 1000) + self.doubt(d)
+
+    def doubt(self, d: Floats) -> Floats | float:
+        """Relative error (n,) of a beam along d (3, n, 1), beyond that."""
+        return 0.0
 
     def has_form(self, kind: type[Lobe]) -> bool:
         return True
-
-    def parallelogram(self) -> None:
-        return None

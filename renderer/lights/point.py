@@ -44,9 +44,9 @@ class PointLight(OneBeam):
 
     def beams(self, points: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]:
         d = (column(self.position) - points)[:, :, None]
-        return d, self.worth(d)
+        return d, self.worth(points, d)
 
-    def worth(self, d: Floats) -> Floats:
+    def worth(self, points: Floats, d: Floats) -> Floats:
         length2 = dot(d, d)
         return np.divide(1.0, length2, out=np.zeros_like(length2), where=length2 > 0)
 

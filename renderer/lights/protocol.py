@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Protocol
 from nusselt.renderer.lobes import Lobe
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.validation import Vec3
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 from .body import Body, Plane
 from .quad import QuadLight
@@ -29,6 +29,8 @@ class Light(Protocol):
     """Whether it is to be sampled: shadows are soft."""
     at_infinity: ClassVar[bool]
     """Whether shadow rays have no far end."""
+    surrounds: ClassVar[bool]
+    """Whether it is seen where no surface is."""
     TEXT: ClassVar[Text]
     """Its command in the scene text."""
 
@@ -60,11 +62,11 @@ class Light(Protocol):
             Times the colour: radiance times solid angle, divided by k; 0 where the light turns its back. Writable.
         """
 
-    def worth(self, d: Floats) -> Floats:
-        """What single beams along d (3, n, k) are worth, (n, k): the weight of `beams` for k = 1."""
+    def worth(self, points: Floats, d: Floats) -> Floats:
+        """What single beams along d (3, n, k) from points (3, n) are worth, (n, k): the weight of `beams` for k = 1."""
 
-    def at(self, u: float, v: float) -> Floats:
-        """The place (3, 1) that a beam through (u, v) goes to."""
+    def at(self, u: float, v: float) -> Floats | None:
+        """The place (3, 1) that a beam through (u, v) goes to; None if each point has one of its own."""
 
     def hull(self) -> Floats:
         """Places (3, m) whose convex hull holds the light."""
@@ -87,8 +89,20 @@ class Light(Protocol):
     def parallelogram(self) -> QuadLight | None:
         """The light as a parallelogram, if it is one: then `Exact` takes its shadows from the visible contour.
 
-        Other lights with an extent are sampled behind blockers, and the route says so.
+        Other lights with an extent are sampled behind blockers, and the route says so, but for `half_of`.
         """
+
+    def half_of(self) -> QuadLight | None:
+        """The parallelogram corner + u ab + v ac of which the light is the half u + v < 1, if it is one.
+
+        Then `Exact` takes its shadows from the visible contour too, but for those of big meshes.
+        """
+
+    def rim_within(self, points: Floats, radius: Floats) -> Bools:
+        """Whether its light ends, or begins to, by itself somewhere in balls (n,) about points (3, n)."""
+
+    def without_rim(self) -> Light:
+        """A light as bright where it is brightest, and of no rim."""
 
     def anchored(self) -> Floats:
         """The coordinates (3, m) that `moved` moves: none at infinity."""

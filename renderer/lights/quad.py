@@ -17,12 +17,13 @@ from nusselt.renderer.vectors import Floats, column, cross, dot
 
 from .body import Body, Plane
 from .facing import faced_by, solid_angle
+from .plain import Plain
 from .quad_patch import quad_patch
 from .text import Text
 
 
 @dataclass(frozen=True)
-class QuadLight:
+class QuadLight(Plain):
     """A parallelogram corner + u ab + v ac, u, v in [0, 1], that emits on the side of -(ab x ac) only.
 
     Black as a reflector on both sides, opaque, and visible to the camera.
@@ -83,9 +84,9 @@ class QuadLight:
         corner, ab, ac = self.columns
         d = (corner - points)[:, :, None] + ab[:, :, None] * u + ac[:, :, None] * v
         faced = faced_by(corner, ab, ac, points)[:, None]
-        return d, self.worth(d) * (faced / u.shape[1])
+        return d, self.worth(points, d) * (faced / u.shape[1])
 
-    def worth(self, d: Floats) -> Floats:
+    def worth(self, points: Floats, d: Floats) -> Floats:
         return solid_angle(cross(column(self.ab), column(self.ac)), d)
 
     def at(self, u: float, v: float) -> Floats:
@@ -117,7 +118,7 @@ class QuadLight:
     def has_form(self, kind: type[Lobe]) -> bool:
         return kind.patch is not None
 
-    def parallelogram(self) -> QuadLight:
+    def parallelogram(self) -> QuadLight:  # type: ignore[override]
         return self
 
     def anchored(self) -> Floats:

@@ -15,6 +15,7 @@ from nusselt.renderer.validation import Vec3, colour, direction, finite
 from nusselt.renderer.vectors import Floats, Ints, column, dot, frame
 
 from .one_beam import CLOSED
+from .plain import Plain
 from .text import Text
 
 ACROSS = 1e-2
@@ -24,7 +25,7 @@ RADII, ANGLES = 12, 24
 
 
 @dataclass(frozen=True)
-class SunLight:
+class SunLight(Plain):
     """A uniform disk at infinity, not seen by the camera.
 
     Its radiance is irradiance / (pi sin^2 alpha), alpha the half angle: exactly the irradiance named, on a
@@ -96,7 +97,7 @@ class SunLight:
         weight = 1 / (k * dot(column(self.direction)[:, :, None], d))
         return np.broadcast_to(d, (3, n, k)), np.array(np.broadcast_to(weight, (n, k)))
 
-    def worth(self, d: Floats) -> Floats:
+    def worth(self, points: Floats, d: Floats) -> Floats:
         return np.asarray(1 / dot(column(self.direction)[:, :, None], d))
 
     def at(self, u: float, v: float) -> Floats:
@@ -185,9 +186,6 @@ class SunLight:
                 steep = kind.steepness(points) * half**2 > 100
                 out[(points.albedo(kind).max(axis=0) > 0) & (steep | ~whole)] = ACROSS
         return out
-
-    def parallelogram(self) -> None:
-        return None
 
     def anchored(self) -> Floats:
         return np.zeros((3, 0))

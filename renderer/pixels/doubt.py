@@ -5,6 +5,7 @@ the light seems from it; on a footprint of radius r the shadow moves by r / t as
 own width 2 k (k is its radius over its distance). Where the first is the larger, all of the penumbra fits in the
 footprint: a crack of light under a box, a contact shadow, any shadow of a light without extent. These places are found
 from the edges themselves, not from radiance. What lies below the surface's own plane throws no shadow on it.
+So are the rims of lights that end by themselves.
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ WIDTHS = 1.0
 """Of footprints, that a penumbra must be wide to be seen by the values around it."""
 SIDES = 64
 """Edges that stand for the line along which an ellipsoid turns from a light."""
+WIDEST = 10.0
+"""Of a cone's growth: a sky's has no end, and shadows that fit into a pixel are thrown from very near."""
 FLAT = 1e-9
 """Heights over a surface's plane that are none, relative to the edge's distance."""
 
@@ -80,13 +83,17 @@ def _sizes(regions: Regions) -> Floats:
 def doubtful(
     regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats, region: Ints, size: float = 1.0
 ) -> NDArray[np.bool_]:
-    """At which image points (n,) of given regions a shadow may fit in a footprint ``size`` pixels wide."""
+    """At which image points (n,) of given regions a shadow, or a light's rim, may fit in ``size`` pixels."""
     found, g = np.zeros(x.size, dtype=bool), regions.geometry
-    blocked = [source.light for source in sources if not source.blockers.none]
-    if not blocked or x.size == 0:
+    if not sources or x.size == 0:
         return found
+    blocked = [source.light for source in sources if not source.blockers.none]
     order = np.lexsort((region, x // (4 * size), y // (4 * size)))
     parts = footprints(regions, x[order], y[order], region[order], size)
+    for source in sources:
+        found[order] |= source.light.rim_within(parts.position, parts.radius)
+    if not blocked:
+        return found
     straight = [(regions.faces.start, regions.faces.end), crossings(g), *map(partial(_rim, g), range(g.disks))]
     straight += [disk_cuts(g, index) for index in range(g.disks)]
     for light in blocked:
@@ -176,7 +183,7 @@ def _cone(light: Light, position: Floats) -> tuple[Floats, Floats, Floats]:
     """From points (3, n): unit axis (3, n) to the light, its distance (n,), and k (n,), radius over distance."""
     n, (middle, radius) = position.shape[1], light.middle()
     if light.at_infinity:
-        return np.broadcast_to(unit(middle), position.shape), np.full(n, np.inf), np.full(n, radius)
+        return np.broadcast_to(unit(middle), position.shape), np.full(n, np.inf), np.full(n, min(radius, WIDEST))
     to = middle - position
     distance = np.sqrt(dot(to, to))
     return to / distance, distance, radius / distance

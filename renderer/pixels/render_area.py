@@ -123,7 +123,8 @@ def render_area(
 
     rest = base.settled + refine(base.items, edges, regions, shade, budget, jumps, doubt)
     image = _assemble(scene, regions, palette, region, pieces, base, needs.left_out)
-    error = math.sqrt(rest / base.square) if base.square > 0 else 0.0
+    square = max(base.square, float((image.mean[:, image.shaded] ** 2).sum()))  # what was first found may be nothing
+    error = min(math.sqrt(rest / square), 1.0) if square > 0 else float(rest > 0)
     parts = int((~base.items.whole).sum())
     return AreaImage(image, error, tolerance, shade.evaluations, parts, int(sampled.pixel.size))
 
@@ -311,7 +312,7 @@ def _assemble(
         if seen.any():
             out += share(seen)
     image: Floats = mean.reshape(3, height, width)
-    nothing = np.arange(regions.surfaces + 1) == regions.surfaces
+    nothing = (np.arange(regions.surfaces + 1) == regions.surfaces) & ~palette.emitter
     emitter, background = (_snapped(share(kind)).reshape(height, width) for kind in (palette.emitter, nothing))
     back_faces = int((_snapped(share(palette.back)) > 0).sum())
     return Image.without_noise(image, emitter, background, back_faces, left_out)

@@ -7,7 +7,7 @@ on who does the work.
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
 
@@ -19,10 +19,12 @@ from nusselt.renderer.chunks import STRIP, gathered, pieces
 from nusselt.renderer.estimators.analytic import without_shadows
 from nusselt.renderer.estimators.protocol import Estimator
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.needs import Needs
+from nusselt.renderer.lights import around
+from nusselt.renderer.needs import Needs, Source
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.radiance import reflected, still
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, Ints, dot
 
 from .regions import NOTHING, Regions
@@ -64,8 +66,12 @@ def shade_chunk(work: Work, x: Floats, y: Floats, region: Ints) -> Floats:
 
 
 def unshadowed(regions: Regions, needs: Needs, x: Floats, y: Floats, region: Ints) -> Floats:
-    """Reflected radiance (3, n) as if nothing blocked, at image points of regions that reflect."""
-    return reflected(regions.points(x, y, region), needs, without_shadows)
+    """Reflected radiance (3, n) as if nothing blocked and no light had a rim, at image points that reflect."""
+
+    def free(points: ShadingPoints, source: Source) -> Floats:
+        return without_shadows(points, replace(source, light=source.light.without_rim()))
+
+    return reflected(regions.points(x, y, region), needs, free)
 
 
 @dataclass
@@ -123,10 +129,11 @@ def palette_of(scene: Scene, regions: Regions, needs: Needs) -> Palette:
     faced = front | scene.two_sided
     reflects = faced & ~emitter & g.reflects[surface] & bool(needs.sources)
     pad: NDArray[np.bool_] = np.zeros(1, dtype=bool)
+    sky = around(scene.lights)
     return Palette(
-        np.hstack((seen, np.zeros((3, 1)))),
+        np.hstack((seen, np.zeros((3, 1)) if sky is None else sky)),
         np.concatenate((reflects, pad)),
-        np.concatenate((emitter, pad)),
+        np.concatenate((emitter, pad | (sky is not None))),
         np.concatenate((~faced & ~emitter, pad)),
     )
 

@@ -26,7 +26,7 @@ _SOURCES = f"{', '.join(_KNOWN[:-1])} or {_KNOWN[-1]}: no other source is suppor
 REFUSED = {
     **dict.fromkeys(("vertexnormal", "trinormal", "computeVertexNormals"), _NORMALS),
     "texture": "one colour for each surface and light: textures are not supported",
-    **dict.fromkeys(("sphereLight", "spot", "envmap", "area"), _SOURCES),
+    **dict.fromkeys(("spot", "envmap", "area"), _SOURCES),
     **dict.fromkeys(("box", "cube", "cylinder", "cone", "plane", "quad", "torus"), _SHAPES),
     "background": "nothing: the background is black",
 }

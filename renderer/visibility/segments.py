@@ -75,6 +75,13 @@ class Blockers:
         return cls(g, np.arange(g.triangles), np.arange(g.ellipsoids), np.arange(g.disks))
 
     @classmethod
+    def around(cls, geometry: Geometry, light: int) -> Blockers:
+        """All but the balls that a light is made of: its beams end on their near side, but for rounding."""
+        g = geometry
+        others = np.flatnonzero(g.light[g.ellipsoid_surface] != light)
+        return cls(g, np.arange(g.triangles), others, np.arange(g.disks))
+
+    @classmethod
     def nothing(cls, geometry: Geometry) -> Blockers:
         """None of them."""
         none = np.empty(0, dtype=np.int64)

@@ -76,10 +76,7 @@ class Beams:
     @cached_property
     def worth(self) -> Floats:
         """What multiplies the light's colour for one beam alone, without the surface's cosine."""
-        plane = self.light.plane()
-        if plane is None:
-            return self.light.worth(self.d)
-        return np.asarray(self.light.area * np.maximum(self.at_light, 0) / self.r**2)
+        return self.light.worth(self.points.position, self.d)
 
     @cached_property
     def exponent(self) -> Floats:

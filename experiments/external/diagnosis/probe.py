@@ -133,10 +133,11 @@ class Paths:
     def everything(self) -> Blockers:
         """All surfaces but the light's own."""
         g = self.geometry
-        triangles, disks = (
-            np.flatnonzero(g.light[surfaces] != self.source.index) for surfaces in (g.triangle_surface, g.disk_surface)
+        triangles, balls, disks = (
+            np.flatnonzero(g.light[surfaces] != self.source.index)
+            for surfaces in (g.triangle_surface, g.ellipsoid_surface, g.disk_surface)
         )
-        return Blockers(g, triangles, np.arange(g.ellipsoids), disks)
+        return Blockers(g, triangles, balls, disks)
 
 
 class Probe:

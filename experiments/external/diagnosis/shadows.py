@@ -187,8 +187,12 @@ def not_blocking(case: Case) -> Iterator[Guess]:
     for told, (triangles, ellipsoids) in things.items():
         parts = []
         for path in case.probe.paths:
-            own = geometry.light[geometry.triangle_surface] == path.source.index
-            stand = Blockers(geometry, every.triangles[triangles & ~own], every.ellipsoids[ellipsoids], every.disks[:0])
+            own, mine = (
+                geometry.light[of] == path.source.index
+                for of in (geometry.triangle_surface, geometry.ellipsoid_surface)
+            )
+            bodies_left = every.ellipsoids[ellipsoids & ~mine]
+            stand = Blockers(geometry, every.triangles[triangles & ~own], bodies_left, every.disks[:0])
             parts.append((path, _again(path, path.beams.d, False, stand)))
         yield changed(case, "not-blocking", told, parts)
     if 0 < len(case.probe.paths) <= ALONE and geometry.triangles <= CULLED:
@@ -208,7 +212,7 @@ def _culled(case: Case, path: Paths) -> Iterator[Guess]:
     seen = np.empty(b.r.shape)
     for number, front in enumerate(sides.T):
         chosen = np.flatnonzero(of_point == number)
-        stand = Blockers(g, things[front], np.arange(g.ellipsoids), things[:0])
+        stand = Blockers(g, things[front], path.everything.ellipsoids, things[:0])
         seen[chosen] = path.visible(chosen, b.d[:, chosen], path.light.at_infinity, stand)
     told = f"triangles cast no shadow from their back ({said(path)})"
     yield changed(case, "not-blocking", told, [(path, RIGHT.radiance(seen_as(b, seen)))])

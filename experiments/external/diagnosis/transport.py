@@ -26,8 +26,8 @@ def anywhere(b: Beams) -> bool:
 
 
 def flat(b: Beams) -> bool:
-    """Of lights that shine from a plane."""
-    return b.light.plane() is not None
+    """Of lights whose area shines from a plane."""
+    return b.light.plane() is not None and b.light.area > 0
 
 
 def near(b: Beams) -> bool:

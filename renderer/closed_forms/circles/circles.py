@@ -53,12 +53,13 @@ def lambert_circles(arcs: CircleArcs, n: Floats) -> tuple[Floats, Floats]:
     """
     cone, turn = arcs.cone, arcs.last - arcs.first
     n1, n2, n3 = dot(n, cone.e1), dot(n, cone.e2), dot(n, cone.e3)
-    middle, half = (arcs.first + arcs.last) / 2, np.sin(turn / 2)
+    middle, half = (arcs.first + arcs.last) / 2, np.where(turn == 2 * np.pi, 0.0, np.sin(turn / 2))
     sine, cosine = 2 * np.cos(middle) * half, -2 * np.sin(middle) * half  # differences of sin and of cos
     k1, k3, rho = cone.k1, cone.k3, cone.rho
     if cone.right:
         share = rho * (rho * n3 * turn - k3 * (n1 * sine - n2 * cosine))
-        return np.asarray(share), ROUNDINGS * EPS * rho * (rho + k3) * turn
+        open_ = turn != 2 * np.pi  # a whole circle has nothing that cancels
+        return np.asarray(share), ROUNDINGS * EPS * rho * (rho + k3 * open_) * turn
     (j0, d0), (jc, dc), (js, ds) = _moments(arcs, cosine, half)
     share = rho * (rho * n3 * j0 + (k1 * n3 - k3 * n1) * jc - k3 * n2 * js)
     k1, k3 = np.abs(k1), np.abs(k3)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nusselt.renderer.closed_forms import double_double as dd
-from nusselt.renderer.vectors import Floats, Ints, cross, dot, frame
+from nusselt.renderer.vectors import Bools, Floats, Ints, cross, dot, frame
 
 from .pairing import columns
 
@@ -86,18 +86,31 @@ def wrapped(phi: Floats) -> Floats:
 def spheres(points: Floats, point: Ints, center: Floats, radius: Floats) -> Rounds:
     """Cones of spheres, center (3, q) and radius (q,), about the points numbered (q,), all outside them."""
     v = center - columns(points, point)
-    square = dot(v, v)
-    distance = np.sqrt(square)
+    distance = np.sqrt(dot(v, v))
     e3 = v / distance
     e1, e2 = frame(e3)
-    tangent = square - radius * radius
-    near = np.flatnonzero(tangent < 0.01 * square)
-    if near.size:  # beside the contact point: the difference in double-double
-        exact = dd.two_sum(center[:, near], -points[:, point[near]])
-        size = dd.add(dd.dot(exact, exact), dd.multiply(dd.exact(radius[near]), dd.exact(-radius[near])))
-        tangent[near] = dd.value(size)
+    tangent = _tangent(columns(points, point), center, radius)
     k3 = np.sqrt(np.maximum(tangent, 0.0)) / distance
     return Rounds(point, e1, e2, e3, np.zeros_like(k3), k3, np.minimum(radius / distance, 1.0), True)
+
+
+def _tangent(points: Floats, center: Floats, radius: Floats) -> Floats:
+    """Squared lengths (q,) of tangents from points (3, q) to spheres; negative inside."""
+    v = center - points
+    square = dot(v, v)
+    tangent = np.asarray(square - radius * radius)
+    near = np.flatnonzero(np.abs(tangent) < 0.01 * square)
+    if near.size:  # beside the contact point: the difference in double-double
+        exact = dd.two_sum(center[:, near], -points[:, near])
+        size = dd.add(dd.dot(exact, exact), dd.multiply(dd.exact(radius[near]), dd.exact(-radius[near])))
+        tangent[near] = dd.value(size)
+    return tangent
+
+
+def outside(points: Floats, center: Floats, radius: float) -> Bools:
+    """Which points (3, n) lie outside a sphere about ``center`` (3, 1)."""
+    n = points.shape[1]
+    return _tangent(points, np.repeat(center, n, axis=1), np.full(n, radius)) > 0
 
 
 def ellipsoids(points: Floats, point: Ints, center: Floats, inverse: Floats) -> Rounds:

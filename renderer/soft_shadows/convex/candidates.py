@@ -48,6 +48,8 @@ class Standing:
     Parameters
     ----------
     light : QuadLight
+    half : bool
+        Whether only its half u + v < 1 shines.
     flat : Occluders
     round : RoundBodies
     pieces, balls : (k,) int64
@@ -55,17 +57,18 @@ class Standing:
     """
 
     light: QuadLight
+    half: bool
     flat: Occluders
     round: RoundBodies
     pieces: Ints
     balls: Ints
 
     @classmethod
-    def before(cls, light: QuadLight, blockers: Blockers) -> Standing:
+    def before(cls, light: QuadLight, blockers: Blockers, half: bool = False) -> Standing:
         """All that a light's blockers are part of."""
         flat, bodies = occluders(blockers.geometry, light), round_bodies(blockers.geometry, light)
         balls = blockers.ellipsoids[~bodies.behind[blockers.ellipsoids]]
-        return cls(light, flat, bodies, flat.among(blockers), balls)
+        return cls(light, half, flat, bodies, flat.among(blockers), balls)
 
     @property
     def none(self) -> bool:
@@ -122,7 +125,16 @@ class Standing:
         # What lies below the horizon is hidden as if by one more body.
         cut = np.flatnonzero(np.minimum.reduce([dot(points.normal, corner) for corner in square.corners]) <= 0)
         lines.append(replace(square.lines(-columns(points.normal[:, None], cut), cut), blocks=False))
+        if self.half:  # so is the other half
+            far = square.edges(*self._far_half(points))
+            lines.append(replace(far, blocks=False))
         return Bodies(square, gathered(lines), rounds), inside
+
+    def _far_half(self, points: ShadingPoints) -> tuple[Floats, Floats, Ints]:
+        """The corners (3, 3, n) that do not shine, the points, and their numbers."""
+        corner, ab, ac = (column(v) for v in (self.light.corner, self.light.ab, self.light.ac))
+        corners = np.stack((corner + ab, corner + ab + ac, corner + ac), axis=1)
+        return np.repeat(corners, points.count, axis=2), points.position, np.arange(points.count)
 
     def _square(self, points: ShadingPoints) -> Square:
         corner, ab, ac = (column(v) for v in (self.light.corner, self.light.ab, self.light.ac))

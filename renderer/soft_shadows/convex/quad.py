@@ -1,4 +1,4 @@
-"""Light of a parallelogram behind occluders: for each point the cheapest sound route.
+"""Light of a parallelogram, or of half of one, behind occluders: for each point the cheapest sound route.
 
 unlit    the light's back, or below the horizon: exactly 0
 lit      nothing reaches into the light's cone: closed form
@@ -23,7 +23,6 @@ from nusselt.renderer.closed_forms.circles.pairing import columns
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.lights import QuadLight, colour
 from nusselt.renderer.lights.facing import faced_by
-from nusselt.renderer.lights.quad_patch import quad_patch
 from nusselt.renderer.lobes import Lobe
 from nusselt.renderer.needs import Source
 from nusselt.renderer.shading import ShadingPoints
@@ -86,6 +85,7 @@ class QuadShadows:
     points : ShadingPoints
     source : Source
     light : QuadLight
+        The source's, or the parallelogram of which that is the half u + v < 1.
     shortcuts : bool
         Leave out what cannot matter: shafts, closed forms, umbrae.
     most : int
@@ -105,7 +105,7 @@ class QuadShadows:
         lit, left = [], []
         faced = self._faced()
         tally.add("unlit", points.count - faced.size)
-        standing = Standing.before(self.light, self.source.blockers)
+        standing = Standing.before(self.light, self.source.blockers, self.source.light.half_of() is not None)
         for start in range(0, faced.size, BLOCK):
             free, sampled = self._block(faced[start : start + BLOCK], standing, found)
             lit.append(free)
@@ -114,7 +114,7 @@ class QuadShadows:
         tally.add("lit", free.size)
         if free.size:
             few = points if free.size == points.count else points.take(free)
-            found.radiance[:, free], found.bound[free] = self.light.unshadowed(few, self.source.glossy)
+            found.radiance[:, free], found.bound[free] = self.source.light.unshadowed(few, self.source.glossy)
         sampled = np.sort(np.concatenate([*left, np.empty(0, dtype=np.int64)]))
         found.bound[sampled] = np.inf
         tally.add("sampled", sampled.size)
@@ -153,7 +153,7 @@ class QuadShadows:
             rest = np.flatnonzero(~hidden & ~lit)
             value, bound = self._reflected(chosen, bodies, parts, rest)
             place = index[some[rest]]
-            out.radiance[:, place], out.bound[place] = value * colour(self.light), bound
+            out.radiance[:, place], out.bound[place] = value * colour(self.source.light), bound
             out.tally.add("coarse", (bound > COARSE).sum())
             out.tally.add("exact", (bound <= COARSE).sum())
         return index[free], index[left]
@@ -179,8 +179,8 @@ class QuadShadows:
         bound = np.where(error > 0, _ratio(error, value - error), 0.0).max(axis=0)
         unsure = np.flatnonzero(bound > ENOUGH)
         if unsure.size:
-            corner, ab, ac = (column(v) for v in (self.light.corner, self.light.ab, self.light.ac))
-            whole, rounding = quad_patch(few.take(unsure), corner, ab, ac, self.source.glossy)
+            unit = self.source.light.with_colour((1.0, 1.0, 1.0))
+            whole, rounding = unit.unshadowed(few.take(unsure), self.source.glossy)
             value[:, unsure] = np.minimum(value[:, unsure], whole)
             bound[unsure] = np.where(whole > 0, _ratio(error[:, unsure], whole * (1 - rounding)), 0.0).max(axis=0)
         return value, np.minimum(bound, 1.0)
