@@ -16,8 +16,6 @@ from .scene_dict import scene_dict
 
 LANES = 1 << 21
 """Samples traced at once."""
-DELTA = ("point", "directional", "spot")
-"""Kinds of light that one sample settles."""
 
 Array = NDArray[Any]
 
@@ -58,7 +56,7 @@ def sensors(job: dict[str, Any], folder: Path, progress: Callable[[int, int], No
     side = max(1, LANES // job["samples"])
     for number, light in enumerate(lights):
         scene = mi.load_dict(scene_dict(description, folder, (number,)))
-        delta = light["kind"] in DELTA
+        delta = "radiance" not in light  # one sample settles it
         samples, repeats = (1, 1) if delta else (job["samples"], passes)
         rng = np.random.default_rng(np.random.SeedSequence(job["seed"], spawn_key=(number,)))
         for start in range(0, count, side):

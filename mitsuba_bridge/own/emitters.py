@@ -7,11 +7,22 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nusselt.renderer.lights import DirectionalLight, DiskLight, Light, PointLight, QuadLight
+from nusselt.renderer.lights import (
+    DirectionalLight,
+    DiskLight,
+    Light,
+    PointLight,
+    QuadLight,
+    SkyLight,
+    SphereLight,
+    SpotLight,
+    TriangleLight,
+)
 from nusselt.renderer.validation import Vec3
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats, Ints
 
 from .nodes import Node
+from .shapes import FILES, triangles_of
 
 ROUND = 1e-6
 """Relative difference of a disk's axes at which it is one."""
@@ -35,14 +46,35 @@ def _directional(node: Node, matrix: Floats) -> Light:
     return DirectionalLight(_triple(-(matrix[:3, :3] @ travel)), node.colour("irradiance", (1.0, 1.0, 1.0)))
 
 
-EMITTERS: dict[str, Callable[[Node, Floats], Light]] = {"point": _point, "directional": _directional}
+def _spot(node: Node, matrix: Floats) -> Light:
+    """Its cone is about the z axis; the full intensity ends at three quarters of the cutoff unless said."""
+    node.only("to_world", "intensity", "cutoff_angle", "beam_width", "sampling_weight")
+    node.plain("texture")
+    placed, cutoff = matrix @ node.matrix(), node.number("cutoff_angle", 20.0)
+    begin, intensity = node.number("beam_width", 0.75 * cutoff), node.colour("intensity", (1.0, 1.0, 1.0))
+    return SpotLight(_triple(placed[:3, 3]), _triple(placed[:3, 2]), cutoff, begin, intensity)
+
+
+def _constant(node: Node, matrix: Floats) -> Light:
+    node.only("radiance", "scale", "to_world", "sampling_weight")
+    scale = node.number("scale", 1.0)
+    r, g, b = node.colour("radiance", (1.0, 1.0, 1.0))
+    return SkyLight((scale * r, scale * g, scale * b))
+
+
+EMITTERS: dict[str, Callable[[Node, Floats], Light]] = {
+    "point": _point,
+    "directional": _directional,
+    "spot": _spot,
+    "constant": _constant,
+}
 """Lights that are no shapes, by plugin."""
 
 
 def light_of(node: Node) -> Light:
     """An emitter that is no shape."""
     if node.plugin not in EMITTERS:
-        raise node.refused(node.plugin, f"{', '.join(EMITTERS)}, or area on a rectangle or disk")
+        raise node.refused(node.plugin, f"{', '.join(EMITTERS)}, or area on a shape")
     return EMITTERS[node.plugin](node, np.eye(4))
 
 
@@ -78,5 +110,49 @@ def _disk(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
     return DiskLight(_triple(matrix[:3, 3]), _triple(_normal(shape, matrix)), radius, radiance)
 
 
-AREAS: dict[str, Callable[[Node, Floats, Vec3], Light]] = {"rectangle": _quad, "disk": _disk}
+def _sphere(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
+    if shape.flag("flip_normals"):
+        raise shape.refused("flip_normals", "a ball that shines outwards")
+    axes = matrix[:3, :3]
+    lengths = np.sqrt((axes * axes).sum(axis=0))
+    if np.abs(axes.T @ axes - lengths[0] ** 2 * np.eye(3)).max() > ROUND * lengths[0] ** 2:
+        raise shape.refused("an ellipsoid with an emitter", "a sphere that is round")
+    centre = matrix @ np.append(shape.point("center", (0.0, 0.0, 0.0)), 1.0)
+    return SphereLight(_triple(centre[:3]), shape.number("radius", 1.0) * float(lengths[0]), radiance)
+
+
+def _mesh(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
+    """One triangle, or two that are a parallelogram: Mitsuba has loaded them, placed by their own transform."""
+    vertices, faces = triangles_of(shape)
+    turned = faces[::-1] if shape.flag("flip_normals") else faces
+    if faces.shape[1] == 1:
+        a, b, c = (_triple(vertices[:, k]) for k in turned[:, 0])
+        return TriangleLight(a, b, c, radiance)
+    corner = _parallelogram(vertices, turned) if faces.shape[1] == 2 else None
+    if corner is None:
+        raise shape.refused(
+            f"{faces.shape[1]} triangles with an emitter", "a triangle, or two that are a parallelogram"
+        )
+    p, ab, ac = (_triple(v) for v in corner)
+    return QuadLight(p, ac, ab, radiance)  # ours shines along -(ab x ac)
+
+
+def _parallelogram(vertices: Floats, faces: Ints) -> tuple[Floats, Floats, Floats] | None:
+    """A corner and the edges from it, counter-clockwise from the front, of two triangles; None if they are none."""
+    first, second = (vertices[:, faces[:, k]] for k in range(2))
+    size = np.abs(first - first[:, :1]).max()
+    for k in range(3):  # the corner that the other triangle has not
+        corner, nxt, last = (first[:, (k + step) % 3] for step in range(3))
+        if any(np.abs(second[:, j] - (nxt + last - corner)).max() < ROUND * size for j in range(3)):
+            shared = [min(np.abs(second[:, j] - v).max() for j in range(3)) for v in (nxt, last)]
+            return (corner, nxt - corner, last - corner) if max(shared) < ROUND * size else None
+    return None
+
+
+AREAS: dict[str, Callable[[Node, Floats, Vec3], Light]] = {
+    "rectangle": _quad,
+    "disk": _disk,
+    "sphere": _sphere,
+    **dict.fromkeys(FILES, _mesh),
+}
 """Shapes that may emit, by plugin."""

@@ -71,6 +71,12 @@ class Node:
         """Its children of a kind."""
         return (child for _, child in self.children if child.kind == kind)
 
+    def plain(self, *names: str) -> None:
+        """Refuse children of these names: textures where none is read."""
+        for held, child in self.children:
+            if held in names:
+                raise child.refused(child.plugin, f"no {held} of {self.title}")
+
     def _get(self, name: str, kinds: tuple[str, ...], accepted: str, default: Any) -> Any:
         kind, value = self.properties.get(name, ("", None))
         if not kind:

@@ -25,7 +25,7 @@ def shape_of(shape: Node, matrix: Floats, material: Material) -> Mesh | Ellipsoi
         shape.only(
             *("filename", "to_world", "face_normals", "flip_normals", "flip_tex_coords", "shape_index"), *IGNORED
         )
-        return _mesh(*_own_mesh(shape), matrix, shape, material)
+        return _mesh(*triangles_of(shape), matrix, shape, material)
     if shape.plugin in ("rectangle", "cube"):
         shape.only("to_world", "flip_normals", *IGNORED)
         vertices, faces = RECTANGLE if shape.plugin == "rectangle" else CUBE
@@ -37,8 +37,8 @@ SMOOTH = 1e-3
 """By which a shading normal may be off its face's."""
 
 
-def _own_mesh(shape: Node) -> tuple[Floats, Ints]:
-    """What Mitsuba has loaded, unless its shading normals bend light: ours are those of the faces."""
+def triangles_of(shape: Node) -> tuple[Floats, Ints]:
+    """What Mitsuba has loaded of a mesh, unless its shading normals bend light: ours are those of the faces."""
     if shape.mesh is None:
         raise shape.refused("no triangles", "a mesh that Mitsuba loads")
     vertices, faces, normals = shape.mesh

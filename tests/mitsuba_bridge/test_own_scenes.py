@@ -76,6 +76,11 @@ SMOOTH_OBJ = "v 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 0\nvn 0 0 1\nvn 0 1 1\nf 1//1 2//
 OBJ = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n"
 MESH = f'<shape type="obj"><string name="filename" value="leaf.obj"/>{REF_TWO}</shape>'
 FACETED = MESH.replace("leaf", "smooth").replace("/><ref", '/><boolean name="face_normals" value="true"/><ref')
+LEAF = '<string name="filename" value="leaf.obj"/>'
+SPOT = (
+    '<emitter type="spot"><transform name="to_world"><lookat origin="1,3,1" target="0,0.5,0" up="0,1,0"/></transform>'
+    '<float name="cutoff_angle" value="25"/><rgb name="intensity" value="9,9,9"/></emitter>'
+)
 OLD = (
     '<sensor type="perspective"><float name="fov" value="40"/><transform name="toWorld"><lookat origin="0,2,6" '
     'target="0,0,0" up="0,1,0"/></transform><film type="hdrfilm"><integer name="width" value="40"/>'
@@ -130,6 +135,11 @@ READ = {
         '<emitter type="directional"><transform name="to_world"><lookat origin="0,0,0" target="1,-2,0" up="0,0,1"/>'
         '</transform><rgb name="irradiance" value="1,1,1"/></emitter>',
     ),
+    "ball": file(sensor(), *PLAIN, cube(), lamp('<scale value="0.3"/>', "sphere")),
+    "spot": file(sensor(), *PLAIN, cube(), SPOT),
+    "sky": file(sensor(), *PLAIN, cube(), '<emitter type="constant"><rgb name="radiance" value=".4,.5,.6"/></emitter>'),
+    "leaf lamp": file(sensor(), *PLAIN, cube(), lamp(kind="obj", more=LEAF)),
+    "triangle lamp": file(sensor(), *PLAIN, cube(), lamp(kind="obj", more=LEAF.replace("leaf", "one"))),
     "path": file(
         '<integrator type="path"><integer name="max_depth" value="5"/></integrator>', sensor(), *PLAIN, lamp()
     ),
@@ -160,6 +170,7 @@ def files(tmp_path_factory):
     """Every file, parsed by one process: what each says, or why it cannot be read."""
     folder = tmp_path_factory.mktemp("own")
     (folder / "leaf.obj").write_text(OBJ)
+    (folder / "one.obj").write_text(OBJ[: OBJ.rindex("f")])
     (folder / "smooth.obj").write_text(SMOOTH_OBJ)
     texts = READ | {name: text for name, (text, _, _) in REFUSED.items()}
     paths = {name: folder / f"{name}.xml" for name in texts}
@@ -217,6 +228,14 @@ def test_lights_are_where_they_are_and_face_where_they_do(files):
         assert light.normal[1] == pytest.approx(-1 if faces_down else 1), name
         assert light.area == pytest.approx(0.8 if name == "sheared" else 0.5), name
         assert light.radiance == (9, 8, 7)
+    ball, spot = made(files, "ball").lights[0], made(files, "spot").lights[0]
+    assert (ball.center, ball.radius) == (pytest.approx((0, 2.5, 0)), pytest.approx(0.3))
+    assert (spot.cutoff, spot.begin) == (25, 18.75)
+    assert made(files, "sky").lights[0].radiance == (0.4, 0.5, 0.6)
+    leaf, one = made(files, "leaf lamp").lights[0], made(files, "triangle lamp").lights[0]
+    assert (leaf.area, one.area) == (pytest.approx(0.125), pytest.approx(0.0625))
+    assert leaf.normal[1] == pytest.approx(-1)
+    assert one.normal[1] == pytest.approx(-1)
     disk = made(files, "disk").lights[0]
     assert isinstance(disk, DiskLight)
     assert disk.radius == pytest.approx(0.4)
@@ -230,7 +249,7 @@ def test_what_is_not_judged_is_said(files):
     assert made(files, "plain").warnings == ()
 
 
-@pytest.mark.parametrize("name", ["instance", "mixed", "sheared", "delta", "turned"])
+@pytest.mark.parametrize("name", ["instance", "mixed", "sheared", "delta", "turned", "sky", "spot", "triangle lamp"])
 def test_the_file_itself_is_the_reference_and_agrees(files, name):
     """One lamp shines up: where nothing is lit, nothing is judged."""
     scene = made(files, name)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from nusselt.experiments.scenes.shapes import box
+from nusselt.renderer.lights import CosineLight
 from nusselt.renderer.surfaces import Material
 from nusselt.renderer.validation import Vec3
 
@@ -30,6 +31,18 @@ def _level(z: float, *depths: float) -> list[Vec3]:
 
 CEILING_LAMP = rectangle((1.5, 1.5, 3.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), 1000.0)
 """1 m by 1 m, 1000 cd downwards."""
+
+
+def _point_source() -> PublicTable:
+    """A diffuse point source of 1000 cd, 3 m over the floor."""
+    lamp = CosineLight((0.0, 0.0, 3.0), DOWN, (1000.0, 1000.0, 1000.0))
+    places = ((0, 0), (0.5, 0), (1, 0), (1.5, 0), (0.5, 0.5), (1, 0.5), (1.5, 0.5), (1, 1), (1.5, 1), (1.5, 1.5))
+    printed = "111.11 105.21 90.02 71.11 99.73 85.64 68.06 74.36 59.98 49.39"
+    floor = points("A B C D E F G H I J", [(float(x), float(y), 0.0) for x, y in places], UP, printed)
+    note = "the printed values are off by up to 0.03 %"
+    return PublicTable(
+        "5.2 point source", SOURCE, "lx", scene_of("cie-5.2", lamp), tuple(floor), is_right=False, note=note
+    )
 
 
 def _area_source() -> PublicTable:
@@ -80,4 +93,4 @@ def _behind_a_box() -> PublicTable:
 
 def tables() -> tuple[PublicTable, ...]:
     """Those in reach, in order."""
-    return _area_source(), _flux(), _lit_floor(), _behind_a_box()
+    return _point_source(), _area_source(), _flux(), _lit_floor(), _behind_a_box()

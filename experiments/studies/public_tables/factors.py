@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from nusselt.renderer.lights import DiskLight
+from nusselt.renderer.lights import DiskLight, SphereLight
 from nusselt.renderer.sensor import Sensor
 from nusselt.renderer.surfaces import Ellipsoid, Material
 
@@ -75,6 +75,18 @@ def _disk_to_point() -> PublicTable:
     return PublicTable("to a disk", SOURCE, "factor", scene_of("factors-disk", lamp), (on_axis, disks))
 
 
+def _to_sphere() -> PublicTable:
+    """From points whose horizon does not cut it: (r/d)^2 times the cosine towards its centre."""
+    ball = SphereLight((0.0, 0.0, 2.0), 0.5, (ONE,) * 3)
+    tilt = math.radians(40)
+    tilted = Sensor((0.0, 0.0, 0.0), (math.sin(tilt), 0.0, math.cos(tilt)))
+    entries = (
+        Entry("facing, radius 0.5 at 2", (Sensor((0.0, 0.0, 0.0), UP),), (1.0,), 1 / 16, EVALUATED),
+        Entry("tilted by 40 degrees", (tilted,), (1.0,), math.cos(tilt) / 16, EVALUATED),
+    )
+    return PublicTable("point to sphere", SOURCE, "factor", scene_of("factors-sphere", ball), entries)
+
+
 def _rectangles() -> PublicTable:
     lamp = rectangle((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), ONE)
     sensors, weights = over_rectangle((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), UP, 16)
@@ -95,4 +107,4 @@ def _shadowed() -> PublicTable:
 
 def tables() -> tuple[PublicTable, ...]:
     """In the catalogue's order; the shadowed one last."""
-    return _points(), _disk_to_point(), _rectangles(), _shadowed()
+    return _points(), _disk_to_point(), _to_sphere(), _rectangles(), _shadowed()

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from nusselt.renderer.lights import DiskLight, Light, SunLight
+from nusselt.renderer.lights import DiskLight, Light, SphereLight, SunLight
 from nusselt.renderer.sensor import Sensor
 
 from .entry import Entry, PublicTable, rectangle, scene_of
@@ -34,6 +34,13 @@ def _disk(distance: float) -> tuple[Light, float]:
     return light, math.pi * radiance * radius**2 / (radius**2 + distance**2)
 
 
+def _sphere(distance: float) -> tuple[Light, float]:
+    """As far as its centre."""
+    radius, radiance = 0.5, 30.0
+    light = SphereLight((0.0, 0.0, distance), radius, (radiance,) * 3)
+    return light, math.pi * radiance * (radius / distance) ** 2
+
+
 def _distant(angle: float) -> tuple[Light, float]:
     """With ``normalize``, intensity 1: our suns are given by their irradiance."""
     return SunLight((0.0, 0.0, 1.0), (1.0, 1.0, 1.0), angle), 1.0
@@ -42,6 +49,7 @@ def _distant(angle: float) -> tuple[Light, float]:
 LIGHTS: dict[str, tuple[Callable[[float], tuple[Light, float]], float]] = {
     "rect 1 x 1, intensity 10, at 1": (_rect, 1.0),
     "disk of radius 0.5, intensity 30, at 2": (_disk, 2.0),
+    "sphere of radius 0.5, intensity 30, at 2": (_sphere, 2.0),
     "distant of 0.53 degrees, normalize": (_distant, 0.53),
     "distant of 10 degrees, normalize": (_distant, 10.0),
 }
