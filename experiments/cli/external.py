@@ -18,8 +18,9 @@ from nusselt.experiments.external.program import Program, ProgramFailed, Program
 from nusselt.experiments.external.tell import tell
 from nusselt.experiments.files import folder_name
 from nusselt.experiments.images.read import is_image
-from nusselt.experiments.results.document import EXIT, document, exit_code, write_json
+from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
+from nusselt.experiments.results.status import EXIT
 from nusselt.experiments.results.tables import console
 from nusselt.experiments.terminal.options import Exports, Output
 from nusselt.experiments.terminal.progress import progress_bar

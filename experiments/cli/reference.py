@@ -11,7 +11,7 @@ from nusselt.experiments.check.check import ROOM
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences, write_reference
 from nusselt.experiments.check.request import Reading
-from nusselt.experiments.results.document import EXIT
+from nusselt.experiments.results.status import EXIT
 from nusselt.experiments.terminal.options import reading_options, seed_option
 from nusselt.experiments.terminal.places import Place
 from nusselt.experiments.terminal.progress import progress_bar

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
-from nusselt.experiments.results.document import EXIT
 from nusselt.experiments.results.report import write_report
+from nusselt.experiments.results.status import EXIT
 from nusselt.experiments.terminal.places import Place
 from nusselt.experiments.terminal.progress import progress_bar
 

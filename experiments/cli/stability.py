@@ -14,8 +14,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from nusselt.experiments.results.document import EXIT
 from nusselt.experiments.results.schema import Row
+from nusselt.experiments.results.status import EXIT
 from nusselt.experiments.results.tables import console
 from nusselt.experiments.runs.experiment import Settings
 from nusselt.experiments.runs.run import Request, run_one

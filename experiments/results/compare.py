@@ -19,9 +19,10 @@ from nusselt.experiments.verdict.intervals import Bias, welch
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.words import count
 
-from .document import EXIT, read_json
+from .document import read_json
 from .rows import number, title
 from .schema import Row
+from .status import EXIT
 from .work_precision import seconds_of
 
 IDENTITY = ("experiment", "scene", "estimator", "method", "renderer", "case", "defect", "samples", "stratified")

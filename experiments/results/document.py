@@ -18,11 +18,9 @@ from nusselt.experiments.files import replacing
 from nusselt.renderer.errors import InputError
 
 from .schema import SCHEMA, Row, check
+from .status import EXIT
 
 PACKAGES = ("nusselt", "numpy", "scipy", "mitsuba", "drjit", "scikit-image", "karellen-llvm-core")
-
-EXIT = {"as claimed": 0, "not as claimed": 1, "bad input": 2, "undecided": 3, "no reference": 4}
-"""Exit codes, everywhere."""
 
 
 def package_versions() -> dict[str, str | None]:

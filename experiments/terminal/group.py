@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 
 import click
 
-from nusselt.experiments.results.document import EXIT
+from nusselt.experiments.results.status import EXIT
 from nusselt.experiments.workers import WorkerLost
 from nusselt.renderer.errors import InputError
 
