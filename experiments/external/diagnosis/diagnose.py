@@ -34,6 +34,8 @@ ENOUGH = 0.85
 """Share that a hypothesis must explain to be named."""
 PARTLY = 0.92
 """The same, where more than noise is left."""
+NEARLY_ALL = 0.99
+"""The same of one with many parameters."""
 ALL = 10.0
 """Standard errors from which one that leaves nothing but noise ends the search."""
 PARAMETER = 4.0
@@ -191,8 +193,9 @@ class Scored:
 
     @property
     def tells(self) -> bool:
-        """Whether it explains enough to be named: more, where something is left."""
-        return self.better > SURE and self.explained >= (PARTLY if self.rest else ENOUGH)
+        """Whether it explains enough to be named: more, where something is left, and most if it follows whatever."""
+        rest = NEARLY_ALL if self.fit.guess.fitted > MANY else PARTLY
+        return self.better > SURE and self.explained >= (rest if self.rest else ENOUGH)
 
     def told(self) -> Mistake:
         words = self.fit.guess.detail + ("; and something else" if self.rest else "")
