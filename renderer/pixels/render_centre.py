@@ -151,7 +151,9 @@ class CentreShader:
         self.evaluations += index.size
         row, column = np.divmod(index, self.scene.width)
         order = np.lexsort((column, row // STRIP))
-        return gathered(_Work(self.scene, self.estimator, self.tolerance), self.executor, pieces(order, SMALLEST), index)
+        return gathered(
+            _Work(self.scene, self.estimator, self.tolerance), self.executor, pieces(order, SMALLEST), index
+        )
 
 
 def share_of_rms(share: float, first: Floats) -> float:
