@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from nusselt.renderer.vectors import Floats, Ints, cross, dot
 
-from .irradiance import _rounded, _sides, _vectors
+from .irradiance import _rounded, _sides, _vectors, facing
 from .lobe_edges import lobe_by_arcs, lobe_by_edges
 from .lobe_fan import lobe_by_area
 from .lobe_small import small_lobe
@@ -50,6 +50,7 @@ def phong_lobe(
     ab: Any,
     ac: Any,
     dtype: DTypeLike = np.float64,
+    enough: float = 0.0,
 ) -> tuple[Floats, Floats]:
     """Integral of max(w.u, 0)^s max(n.u, 0) over the directions u of a parallelogram, both of whose sides count.
 
@@ -63,6 +64,8 @@ def phong_lobe(
         The parallelogram corner + u ab + v ac, u and v in [0, 1]. The numbers are taken as exact.
     dtype : float64 or float32
         Of the closed forms and of the result.
+    enough : float
+        See `irradiance`; less by the lobe's own width.
 
     Returns
     -------
@@ -77,7 +80,7 @@ def phong_lobe(
     float64 9e-16 / 6e-15 / 7e-14, float32 2e-8 / 5e-7 / 3e-6; over 62 chosen ones, exponents to 1e6: float64
     2e-16 / 1e-14 / 5e-13. No bound violated; the median bound is a hundred times the error.
     """
-    value, bound, _ = _answers((points, normals, mirror, corner, ab, ac), exponent, np.dtype(dtype))
+    value, bound, _ = _answers((points, normals, mirror, corner, ab, ac), exponent, np.dtype(dtype), enough)
     return value, bound
 
 
@@ -100,7 +103,9 @@ def phong_lobe_form(
     return [FORMS[k] for k in form]
 
 
-def _answers(vectors: tuple[Any, ...], exponent: ArrayLike, kind: np.dtype[Any]) -> tuple[Floats, Floats, Ints]:
+def _answers(
+    vectors: tuple[Any, ...], exponent: ArrayLike, kind: np.dtype[Any], enough: float = 0.0
+) -> tuple[Floats, Floats, Ints]:
     """Value, bound and index into `FORMS`."""
     count = np.shape(vectors[0])[1]
     s = np.broadcast_to(np.asarray(exponent, dtype=np.float64), (count,))
@@ -112,8 +117,11 @@ def _answers(vectors: tuple[Any, ...], exponent: ArrayLike, kind: np.dtype[Any])
     lost = error < 0
     bound = np.divide(error, value, out=np.where(lost, 1.0, 0.0), where=value > 0)
     good, more = GOOD[kind]
-    enough = (good + more * np.minimum(s, STEEPEST)) * np.where(value < FAINT, 3, 1)
-    bad = np.flatnonzero(~(error <= enough * value) & ~lost)
+    stands = (good + more * np.minimum(s, STEEPEST)) * np.where(value < FAINT, 3, 1)
+    allowed = stands * value
+    if enough:
+        allowed = np.maximum(allowed, enough * facing(given[0], *given[3:]) / (s + 2))
+    bad = np.flatnonzero(~(error <= allowed) & ~lost)
     for start in range(0, bad.size, BLOCK):
         few = bad[start : start + BLOCK]
         taken = tuple(v[:, few] for v in given)

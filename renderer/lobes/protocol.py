@@ -127,6 +127,10 @@ class SampledLobe:
         return np.inf
 
 
+SHARE = 1e-4
+"""Of an image's tolerance, that closed forms may err by."""
+
+
 @dataclass(frozen=True)
 class ShadingPoints:
     """Points whose front the camera sees.
@@ -145,6 +149,9 @@ class ShadingPoints:
     outside : (n,) bool
         Whether it is known to lie on the front of one of the hierarchy's triangles (see `segments`), with nothing of
         them around it: seen from beyond their bounding box.
+    enough : float
+        What an error bound of a closed form may be, so that no dearer form is asked, in units of what the light would
+        give if it and the point faced each other; 0: as small as it gets.
     """
 
     position: Floats
@@ -155,6 +162,7 @@ class ShadingPoints:
     columns: Columns
     ellipsoid: Ints
     outside: NDArray[np.bool_]
+    enough: float = 0.0
 
     @property
     def count(self) -> int:
@@ -195,6 +203,10 @@ class ShadingPoints:
         """Each point so many times, one after the other."""
         return self._each(lambda v: np.repeat(v, times, axis=-1))
 
+    def as_exact_as(self, tolerance: float) -> ShadingPoints:
+        """The same points, for an image of that tolerance: closed forms err by much less than what is seen of it."""
+        return replace(self, enough=SHARE * tolerance)
+
     def with_columns(self, **changed: Floats) -> ShadingPoints:
         """The same points with other columns."""
         return replace(self, columns={**self.columns, **changed})
@@ -209,6 +221,7 @@ class ShadingPoints:
             {name: change(v) for name, v in self.columns.items()},
             change(self.ellipsoid),
             change(self.outside),
+            self.enough,
         )
 
 
@@ -219,7 +232,7 @@ def joined(parts: Sequence[ShadingPoints]) -> ShadingPoints:
         return np.concatenate([getattr(part, name) for part in parts], axis=-1)
 
     columns = {name: np.concatenate([part.columns[name] for part in parts], axis=-1) for name in parts[0].columns}
-    names = [entry.name for entry in fields(ShadingPoints) if entry.name not in ("lobes", "columns")]
+    names = [entry.name for entry in fields(ShadingPoints) if entry.name not in ("lobes", "columns", "enough")]
     return replace(parts[0], columns=columns, **{name: along(name) for name in names})
 
 

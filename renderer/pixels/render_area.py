@@ -109,7 +109,7 @@ def render_area(
         image, error, evaluations, busy = render_crowded(scene, estimator, tolerance, executor)
         return AreaImage(image, error, tolerance, evaluations, 0, busy)
     _, _, regions = regions_of(scene, scene.digest(), everything)
-    shade = Shader(Work(scene, scene.digest(), estimator, everything), executor)
+    shade = Shader(Work(scene, scene.digest(), estimator, everything, tolerance), executor)
     palette = palette_of(scene, regions, needs)
     edges, region, pieces, sampled = _cut(regions, tolerance)
     shadows = Needs((), ()) if estimator.claim(needs) == "biased" else needs  # who leaves them out has none

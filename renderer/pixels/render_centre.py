@@ -58,12 +58,14 @@ class CentreImage:
 class _Work:
     scene: Scene
     estimator: Estimator
+    tolerance: float
 
     def __call__(self, index: Ints) -> Floats:
         """Reflected radiance (3, n) at the centres of pixels that reflect."""
         scene, geometry, needs = prepare(self.scene)
         row, column = np.divmod(index, scene.width)
-        return reflected(look(scene, geometry, column + 0.5, row + 0.5).points, needs, still(self.estimator))
+        points = look(scene, geometry, column + 0.5, row + 0.5).points.as_exact_as(self.tolerance)
+        return reflected(points, needs, still(self.estimator))
 
 
 def refuse_noise(estimator: Estimator, needs: Needs, tolerance: float, what: str) -> None:
@@ -99,7 +101,7 @@ def render_centre(
     refuse_noise(estimator, needs, tolerance, "interpolation")
     height, width = scene.height, scene.width
     view = look(near, geometry, *pixel_centres(range(width), range(height)))
-    shade = CentreShader(scene, estimator, executor)
+    shade = CentreShader(scene, estimator, executor, tolerance)
     centre, bound, _ = fill_centres(planes(view).reshape(height, width), shade, partial(share_of_rms, tolerance))
     mean = np.where(np.isfinite(centre), centre, 0.0) + view.emission.reshape(3, height, width)
     square = float((np.where(np.isfinite(centre), centre, 0.0) ** 2).sum())
@@ -132,6 +134,8 @@ class CentreShader:
     scene : Scene
     estimator : Estimator
     executor : Executor or None
+    tolerance : float
+        The image's.
     evaluations : int
         Pixels shaded so far.
     """
@@ -139,6 +143,7 @@ class CentreShader:
     scene: Scene
     estimator: Estimator
     executor: Executor | None
+    tolerance: float
     evaluations: int = 0
 
     def __call__(self, index: Ints) -> Floats:
@@ -146,7 +151,9 @@ class CentreShader:
         self.evaluations += index.size
         row, column = np.divmod(index, self.scene.width)
         order = np.lexsort((column, row // STRIP))
-        return gathered(_Work(self.scene, self.estimator), self.executor, pieces(order, SMALLEST), index)
+        return gathered(
+            _Work(self.scene, self.estimator, self.tolerance), self.executor, pieces(order, SMALLEST), index
+        )
 
 
 def share_of_rms(share: float, first: Floats) -> float:

@@ -40,7 +40,7 @@ def render_crowded(
     label = np.where(plane >= 0, plane, -1 - view.hits.surface.astype(np.int64) - 1).reshape(height, width)
     plain = around_agrees(label) & ~touched(near, geometry)
     region = np.where(plain, plane.reshape(height, width), -1)
-    shade = CentreShader(scene, estimator, executor)
+    shade = CentreShader(scene, estimator, executor, tolerance)
     centre, bound, _ = fill_centres(region, shade, partial(share_of_rms, SHARE * tolerance))
     image = means(centre, region)
     image[:, region < 0] = 0

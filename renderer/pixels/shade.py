@@ -35,12 +35,13 @@ SMALLEST = 1024
 
 @dataclass(frozen=True)
 class Work:
-    """What a worker needs to know."""
+    """What a worker needs to know; ``tolerance`` is the image's."""
 
     scene: Scene
     digest: str
     estimator: Estimator
     everything: bool
+    tolerance: float
 
 
 Found: TypeAlias = tuple[Geometry, Needs, Regions]
@@ -62,7 +63,8 @@ def regions_of(scene: Scene, digest: str, everything: bool = False) -> Found:
 def shade_chunk(work: Work, x: Floats, y: Floats, region: Ints) -> Floats:
     """Reflected radiance (3, n) at image points of regions that reflect."""
     _, needs, regions = regions_of(work.scene, work.digest, work.everything)
-    return reflected(regions.points(x, y, region), needs, still(work.estimator))
+    points = regions.points(x, y, region).as_exact_as(work.tolerance)
+    return reflected(points, needs, still(work.estimator))
 
 
 def unshadowed(regions: Regions, needs: Needs, x: Floats, y: Floats, region: Ints) -> Floats:
@@ -71,7 +73,7 @@ def unshadowed(regions: Regions, needs: Needs, x: Floats, y: Floats, region: Int
     def free(points: ShadingPoints, source: Source) -> Floats:
         return without_shadows(points, replace(source, light=source.light.without_rim()))
 
-    return reflected(regions.points(x, y, region), needs, free)
+    return reflected(regions.points(x, y, region).as_exact_as(1.0), needs, free)
 
 
 @dataclass

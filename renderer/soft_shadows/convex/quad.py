@@ -177,7 +177,7 @@ class QuadShadows:
         value, error = value / (2 * math.pi), error / (2 * math.pi)
         # What is left is less than the whole: mostly that tells enough.
         bound = np.where(error > 0, _ratio(error, value - error), 0.0).max(axis=0)
-        unsure = np.flatnonzero(bound > ENOUGH)
+        unsure = np.flatnonzero(bound > max(ENOUGH, points.enough))
         if unsure.size:
             unit = self.source.light.with_colour((1.0, 1.0, 1.0))
             whole, rounding = unit.unshadowed(few.take(unsure), self.source.glossy)

@@ -60,7 +60,7 @@ def mesh_radiance(points: ShadingPoints, source: Source) -> tuple[Floats, Floats
     if points.count == 0:
         return out, bound
     x, n = points.position, points.normal
-    whole, relative = irradiance(x, n, light.corner, light.ab, light.ac)
+    whole, relative = irradiance(x, n, light.corner, light.ab, light.ac, enough=points.enough)
     lit = np.flatnonzero((whole > 0) & faced_by(*light.columns, x))
     if lit.size:
         x, n, whole, relative = x[:, lit], n[:, lit], whole[lit], relative[lit]
