@@ -142,18 +142,27 @@ def _judged(
         level=question.level,
         expectations=_expectations(scene, question, noise, sides, truth),
     )
-    if verdict.word == "agrees" and _hidden(sides, truth.reference.mean, quantiser, margin):
+    if _hidden(verdict, sides, truth.reference.mean, quantiser, margin):
         reason = f"levels are too coarse to show a bias of {margin:.3%}, and no noise evens them out: bring EXR or PFM"
-        verdict = replace(verdict, word="undecided", reason=reason)
+        told = f" (now {verdict.reason})" if verdict.word == "differs" else ""
+        verdict = replace(verdict, word="undecided", reason=reason + told, more=None)
     return Against(raws, verdict, sides, seen, quantiser, renders, noise, margin)
 
 
-def _hidden(sides: Sides, truth: Floats, quantiser: Quantiser, margin: float) -> bool:
-    """Whether an image as much brighter, or darker, as the margin would have levels that hardly tell."""
+def _hidden(verdict: Verdict, sides: Sides, truth: Floats, quantiser: Quantiser, margin: float) -> bool:
+    """Whether an image as much brighter, or darker, as the margin would have levels that hardly tell.
+
+    What differs is hidden as well, if it is less than half a level, in the mean and all over.
+    """
     some = sides.image.shaded & ~sides.image.unjudged
     if not quantiser.top or not some.any():
         return False
     now = quantiser.expected(truth, sides.deviation)
+    if verdict.word == "differs":
+        half = math.sqrt(3 * float(quantiser.spread(truth)[:, some].mean()))
+        small = max(abs(verdict.bias), verdict.rms_denoised_relative * verdict.reference_mean) < half
+        if verdict.broken or verdict.pixels_off or verdict.non_finite or not small:
+            return False
     steps = [quantiser.expected((1 + off) * truth, sides.deviation) - now for off in (margin, -margin)]
     shown = min(abs(float(step[:, some].mean())) for step in steps)
     return shown < SHOWN * margin * float(truth[:, some].mean())

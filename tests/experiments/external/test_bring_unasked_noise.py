@@ -27,6 +27,7 @@ def test_levels_that_no_noise_evens_out_are_expected_as_they_are():
     """A floor under the sun, each pixel one level of 28: half of one is nearly 2 % of it."""
     assert word("open sun", QUIET, 2e-3) == "undecided"
     assert word("open sun", QUIET, 2e-3, lambda image: 1.01 * image) == "undecided"
+    assert word("open sun", QUIET, 1e-3, lambda image: 1.002 * image) == "undecided"
     assert word("open sun", QUIET, 2e-3, lambda image: 1.05 * image) == "differs"
     assert word("open sun", QUIET, 4e-2) == "agrees"
 
