@@ -24,7 +24,7 @@ from nusselt.renderer.vectors import column, dot, frame, unit
 WHITE = (1.0, 1.0, 1.0)
 SKY = SkyLight(WHITE)
 FALSE_ALARM = 1e-6
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(400)
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(200)
 
 
 def uniformity(d):
