@@ -163,7 +163,7 @@ def test_an_unknown_command_names_its_column_and_lenient_ignores_it(line: str) -
         *[("vertx", "vertex"), ("tir", "tri"), ("triangle", "tri"), ("spehre", "sphere"), ("rotat", "rotate")],
         *[("push", "pushTransform"), ("pop", "popTransform"), ("transform", "pushTransform"), ("trans", "translate")],
         *[("pointlight", "point"), ("quad_light", "quadLight"), ("lightmap", "quadLight"), ("max_verts", "maxverts")],
-        *[("difuse", "diffuse"), ("emissive", "emission"), ("cmaera", "camera"), ("spotlite", "spot")],
+        *[("difuse", "diffuse"), ("emissive", "emission"), ("cmaera", "camera"), ("spotlite", "spotLight")],
     ],
 )
 def test_what_is_likely_a_command_stays_an_error_when_lenient(word: str, like: str) -> None:
