@@ -18,8 +18,8 @@ from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import reflect
 from nusselt.renderer.vectors import Floats
 
-NODES = np.array([0.0, 0.5, 1.0])
-"""Of a grid of light points, whose brightest is refined once."""
+NODES, AROUND = np.linspace(0, 1, 3), np.linspace(0, 1, 9)
+"""Of a grid of light points, whose brightest is refined once; of a light that shines from all around."""
 PIXELS = 1 << 16
 """Of larger images as many are looked at, and their neighbours take the largest."""
 
@@ -66,10 +66,11 @@ def grain_of_reference(ceilings: Floats, reference: Reference) -> Floats:
 
 def _brightest(view: View, source: Source) -> Floats:
     """Of the pixels of a view, (n,): twice the brightest light point, nothing in its way."""
-    u, v = (grid.reshape(1, -1) for grid in np.meshgrid(NODES, NODES))
+    nodes = AROUND if source.light.surrounds else NODES
+    u, v = (grid.reshape(1, -1) for grid in np.meshgrid(nodes, nodes))
     first = _alone(view, source, u, v)
     best = first.argmax(axis=1)
-    near = [np.clip(node[0, best][:, None] + (node - 0.5) / 2, 0, 1) for node in (u, v)]
+    near = [np.clip(node[0, best][:, None] + (node - 0.5) / (nodes.size - 1), 0, 1) for node in (u, v)]
     out = np.zeros(view.background.size)
     out[view.lit] = 2 * np.maximum(first.max(axis=1), _alone(view, source, *near).max(axis=1))
     return out

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.lights import Light, QuadLight
+from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, column, cross, dot, frame
@@ -171,7 +171,7 @@ def ask(
                 # A width is infinite where nothing is known: of what reflects nothing, all is.
                 width += share * np.where(share > 0, part.width, 0.0)
             means += 2 * points.count
-        elif light.has_extent:
+        elif not isinstance(light, PointLight | DirectionalLight):
             raise TypeError(f"no referee knows a {light.kind} light")
         else:
             mean += _sharp(geometry, points, light)

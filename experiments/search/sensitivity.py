@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.lights import Light, QuadLight
+from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, column, cross, dot
 
@@ -54,7 +54,7 @@ def scale_of(points: ShadingPoints, light: Light) -> Floats:
         distance = np.maximum(to_light(points, quad)[0], np.sqrt(quad.area) * 1e-12)
         angle = np.minimum(quad.area / distance**2, 2 * np.pi)
         return np.asarray(reflectance * angle * column(quad.radiance))
-    if light.has_extent:
+    if not isinstance(light, PointLight | DirectionalLight):
         raise TypeError(f"no random scene has a {light.kind} light")
     place, _ = light.middle()
     d = place - points.position

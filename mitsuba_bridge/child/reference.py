@@ -46,11 +46,10 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
     rays = tracing.BOX_SAMPLES if description["boxed"] else 1
     emission = {f"shape{number}": shape["emission"] for number, shape in enumerate(description["shapes"])}
     emitter, background, glow = tracing.look(dark, camera, every, rays, _stream(seed, 0, 0, 0), emission)
-    if any(light["kind"] == "constant" for light in description["lights"]):
-        emitter, background = emitter + background, np.zeros_like(background)  # a light is seen where nothing is
     holes = np.zeros(every.size) if description["boxed"] else tracing.holes(dark, camera, every)
     shaded = np.flatnonzero((emitter < 1) & (background < 1))
-    lights = np.flatnonzero(emitter == 1)  # without noise: one sample each
+    sky = any(light["kind"] == "constant" for light in description["lights"])
+    lights = np.flatnonzero((emitter == 1) | (sky & (background == 1)))  # without noise: one sample each
     groups = _groups(description["lights"], description["boxed"])
     sources: list[Any] = [_Lit(switches, camera, n, group, shaded, seed) for n, group in enumerate(groups)]
     mean, variance = np.zeros((3, width * height)), np.zeros((3, width * height))

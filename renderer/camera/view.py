@@ -33,7 +33,7 @@ class View:
     emission : (3, n) float64
         Radiance seen directly, from the front of what emits.
     emitter, background, back : (n,) bool
-        The ray hits a light, or a sky where there is nothing; nothing; the black back of a one-sided surface.
+        The ray hits a light; nothing, or a sky; the black back of a one-sided surface.
     lit : (k,) int64
         The rays whose hit reflects.
     points : ShadingPoints
@@ -87,7 +87,6 @@ def look(scene: Scene, geometry: Geometry, x: Floats, y: Floats) -> View:
     sky = around(scene.lights)
     if sky is not None:
         emission[:, background] = sky
-        emitter, background = emitter | background, np.zeros_like(background)
     faces = (cosine != 0) if scene.two_sided else (cosine > 0)
     reflects = ~background & ~emitter & faces
     lit = np.flatnonzero(reflects)

@@ -86,15 +86,13 @@ def _integral(points: ShadingPoints, lobe: type[Lobe], contour: Contour, seen: S
         if some.size:
             arcs = CircleArcs(cone.take(some), (middle - half)[some], (middle + half)[some])
             arcs = replace(arcs, cone=replace(arcs.cone, point=np.arange(some.size)))
-            value[some], bound[some] = way(points.take(some), arcs, whole[some], contour)
+            value[some], bound[some] = way(points.take(some), arcs, contour)
     # By how much the cone's middle is known, and its width.
     moved = MOVED * EPS * 2 * math.pi * np.minimum(cone.rho, 1.0) ** 2 * (1 + lobe.steepness(points))
     return np.maximum(value, 0.0), bound + (shift + moved) * contour.peak(points)
 
 
-def _by_nodes(
-    points: ShadingPoints, arcs: CircleArcs, whole: NDArray[np.bool_], contour: Contour
-) -> tuple[Floats, Floats]:
+def _by_nodes(points: ShadingPoints, arcs: CircleArcs, contour: Contour) -> tuple[Floats, Floats]:
     """Gauss-Legendre in the height of the cap, equal steps around: a sum of positive terms, where arcs would cancel."""
     cone, total = arcs.cone, np.zeros(points.count)
     cap = cone.rho * cone.rho / (1 + cone.k3)
@@ -109,13 +107,11 @@ def _by_nodes(
     return total, QUADRATURE * total
 
 
-def _by_arcs(
-    points: ShadingPoints, arcs: CircleArcs, whole: NDArray[np.bool_], contour: Contour
-) -> tuple[Floats, Floats]:
+def _by_arcs(points: ShadingPoints, arcs: CircleArcs, contour: Contour) -> tuple[Floats, Floats]:
     """The outline, and the horizon where it is cut."""
     half = (arcs.last - arcs.first) / 2
     value, bound = contour.circles(points, arcs)
-    cut = np.flatnonzero(~whole & (half > 0))
+    cut = np.flatnonzero((half < math.pi) & (half > 0))
     if cut.size:
         part = arcs.take(cut)
         start, end = part.cone.direction(part.last), part.cone.direction(part.first)

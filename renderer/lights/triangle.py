@@ -45,16 +45,16 @@ class TriangleLight(Plain):
     kind: ClassVar[str] = "triangle"
     has_extent: ClassVar[bool] = True
     at_infinity: ClassVar[bool] = False
-    TEXT: ClassVar[Text] = Text("triangleLight", "a:xyz b:xyz c:xyz radiance:rgb")
+    TEXT: ClassVar[Text] = Text("triLight", "a:xyz b:xyz c:xyz radiance:rgb")
 
     def __post_init__(self) -> None:
         for name in ("a", "b", "c"):
-            object.__setattr__(self, name, vector(f"triangleLight {name}", getattr(self, name)))
-        object.__setattr__(self, "radiance", colour("triangleLight radiance", self.radiance))
+            object.__setattr__(self, name, vector(f"triLight {name}", getattr(self, name)))
+        object.__setattr__(self, "radiance", colour("triLight radiance", self.radiance))
         if not has_area(*(column(v) for v in (self.a, self.b, self.c)))[0]:
-            raise InputError("triangleLight c", self.c, "a corner off the line through the other two")
+            raise InputError("triLight c", self.c, "a corner off the line through the other two")
         if not 0 < self.area < math.inf:
-            raise InputError("triangleLight area", self.area, "an area above 0 and finite in double precision")
+            raise InputError("triLight area", self.area, "an area above 0 and finite in double precision")
 
     @property
     def _edges(self) -> tuple[Vec3, Vec3]:

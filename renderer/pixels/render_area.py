@@ -312,7 +312,7 @@ def _assemble(
         if seen.any():
             out += share(seen)
     image: Floats = mean.reshape(3, height, width)
-    nothing = (np.arange(regions.surfaces + 1) == regions.surfaces) & ~palette.emitter
+    nothing = np.arange(regions.surfaces + 1) == regions.surfaces
     emitter, background = (_snapped(share(kind)).reshape(height, width) for kind in (palette.emitter, nothing))
     back_faces = int((_snapped(share(palette.back)) > 0).sum())
     return Image.without_noise(image, emitter, background, back_faces, left_out)

@@ -135,7 +135,7 @@ def palette_of(scene: Scene, regions: Regions, needs: Needs) -> Palette:
     return Palette(
         np.hstack((seen, np.zeros((3, 1)) if sky is None else sky)),
         np.concatenate((reflects, pad)),
-        np.concatenate((emitter, pad | (sky is not None))),
+        np.concatenate((emitter, pad)),
         np.concatenate((~faced & ~emitter, pad)),
     )
 

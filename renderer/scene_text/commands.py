@@ -28,7 +28,7 @@ REFUSED = {
     "texture": "one colour for each surface and light: textures are not supported",
     **dict.fromkeys(("spot", "envmap", "area"), _SOURCES),
     **dict.fromkeys(("box", "cube", "cylinder", "cone", "plane", "quad", "torus"), _SHAPES),
-    "background": "nothing: the background is black",
+    "background": "sky r g b: without one the background is black",
 }
 """Commands of other renderers of this format, and what is accepted in their place."""
 

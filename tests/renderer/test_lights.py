@@ -183,7 +183,7 @@ def test_bodies_are_black_and_seen_and_what_is_behind_a_plane_gets_nothing(kind)
 def test_every_estimator_takes_every_kind(kind, estimator):
     made = room(EXAMPLES[kind])
     # All directions of a sky in a few common strata are far apart.
-    image = render(made, estimator(samples=1024 if kind.surrounds else 64), seed=1, passes=2)
+    image = render(made, estimator(samples=256 if kind.surrounds else 64), seed=1, passes=2)
     if estimator is Analytic:
         made = made.with_(meshes=made.meshes[:1])
         image = render(made, estimator())

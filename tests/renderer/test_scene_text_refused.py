@@ -115,7 +115,7 @@ REFUSALS = [
     ("computeVertexNormals on", "computeVertexNormals = on", "flat faces: shading normals are not supported"),
     ("area 0 3 0 0 -1 0 1 5 5 5", "area = 0 3 0 0 -1 0", "quadLight, point, directional, sun, diskLight"),
     ("cylinder 0 0 0 1 2", "cylinder = 0 0 0 1 2", "sphere, tri or mesh: no other shape is supported"),
-    ("background 1 1 1", "background = 1 1 1", "nothing: the background is black"),
+    ("background 1 1 1", "background = 1 1 1", "sky r g b: without one the background is black"),
     ("brdf ggx", "brdf = ggx", "phong, with its diffuse, specular and shininess: no other is supported"),
     ("roughness", "roughness alpha = missing", "1 arguments: alpha"),
     ("nexteventestimation yes", "nexteventestimation switch = yes", "on or off or mis"),
@@ -163,7 +163,7 @@ def test_an_unknown_command_names_its_column_and_lenient_ignores_it(line: str) -
         *[("vertx", "vertex"), ("tir", "tri"), ("triangle", "tri"), ("spehre", "sphere"), ("rotat", "rotate")],
         *[("push", "pushTransform"), ("pop", "popTransform"), ("transform", "pushTransform"), ("trans", "translate")],
         *[("pointlight", "point"), ("quad_light", "quadLight"), ("lightmap", "quadLight"), ("max_verts", "maxverts")],
-        *[("difuse", "diffuse"), ("emissive", "emission"), ("cmaera", "camera"), ("spotlite", "spot")],
+        *[("difuse", "diffuse"), ("emissive", "emission"), ("cmaera", "camera"), ("spotlite", "spotLight")],
     ],
 )
 def test_what_is_likely_a_command_stays_an_error_when_lenient(word: str, like: str) -> None:

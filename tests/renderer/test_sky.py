@@ -24,7 +24,7 @@ from nusselt.renderer.vectors import column, dot, frame, unit
 WHITE = (1.0, 1.0, 1.0)
 SKY = SkyLight(WHITE)
 FALSE_ALARM = 1e-6
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(400)
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(200)
 
 
 def uniformity(d):
@@ -96,26 +96,24 @@ def box_room(*lights, **options):
     )
 
 
-def test_it_is_seen_where_nothing_is_and_counts_as_a_light():
+def test_it_is_seen_where_nothing_is():
     sky, second = SkyLight((1.0, 2.0, 3.0)), SkyLight((0.5, 0.5, 0.5))
     bare = render(box_room(), Area())
     image = render(box_room(sky, second), Area(samples=4))
-    nothing = bare.background == 1
+    nothing = image.background == 1
     assert 100 < nothing.sum() < 700
-    assert not image.background.any()
-    assert np.array_equal(image.emitter == 1, nothing)
+    assert np.array_equal(image.background, bare.background)
+    assert not image.emitter.any()
     np.testing.assert_array_equal(image.mean[:, nothing], np.broadcast_to(column((1.5, 2.5, 3.5)), (3, nothing.sum())))
     boxed = render(box_room(sky, spp=16), Area(samples=4))
-    assert not boxed.background.any()
-    assert ((boxed.emitter > 0) & (boxed.emitter < 1)).sum() > 10
+    assert (boxed.mean[:, boxed.background == 1] == column(sky.colour)).all()
+    assert ((boxed.background > 0) & (boxed.background < 1)).sum() > 10
     open_floor = scene(floor(1.0), lights=(sky,), size=(32, 24))
     area = render_area(open_floor, Analytic(), tolerance=1e-3).image
-    assert not area.background.any()
     # A floor that sees all of it is as bright as its albedo, and pixels are mixtures of both.
-    right = 0.5 * (1 - area.emitter) + area.emitter
-    np.testing.assert_allclose(
-        area.mean / column(sky.colour)[:, :, None], np.broadcast_to(right, area.mean.shape), 1e-6
-    )
+    right = column(sky.colour)[:, :, None] * (0.5 * (1 - area.background) + area.background)
+    assert ((area.background > 0) & (area.background < 1)).sum() > 10
+    np.testing.assert_allclose(area.mean, right, rtol=1e-6)
 
 
 def test_a_furnace_hides_nothing():

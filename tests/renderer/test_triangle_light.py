@@ -173,15 +173,15 @@ def test_shortcuts_change_nothing():
 @pytest.mark.parametrize(
     ("line", "named"),
     [
-        ("0 0 0 1 0 0 2 0 0 1 1 1", "triangleLight c"),
-        ("0 0 0 0 0 0 2 0 0 1 1 1", "triangleLight c"),
-        ("0 0 0 1e200 0 0 0 1e200 0 1 1 1", "triangleLight area"),
-        ("0 0 0 1 0 0 0 1 0 1 1 -1", "triangleLight radiance"),
+        ("0 0 0 1 0 0 2 0 0 1 1 1", "triLight c"),
+        ("0 0 0 0 0 0 2 0 0 1 1 1", "triLight c"),
+        ("0 0 0 1e200 0 0 0 1e200 0 1 1 1", "triLight area"),
+        ("0 0 0 1 0 0 0 1 0 1 1 -1", "triLight radiance"),
     ],
 )
 def test_bad_triangles_are_refused(line, named):
     with pytest.raises(InputError, match=named):
-        parse_scene(f"size 4 4\ncamera 0 0 1 0 0 0 0 1 0 45\ntriangleLight {line}\n")
+        parse_scene(f"size 4 4\ncamera 0 0 1 0 0 0 0 1 0 45\ntriLight {line}\n")
 
 
 def test_the_camera_sees_its_front_and_its_black_back():
