@@ -31,6 +31,8 @@ SURE = 3.0
 """Standard errors beyond which a rule of levels fits worse than another."""
 NOISIER = 1.5
 """Variance over what is supposed at which samples may have been left out at random: half of them double it."""
+WIDE = 2.0
+"""Of an interval of the bias, relative: one that holds both no light and twice as much explains nothing."""
 HALF_OF_SQUARES = 0.455
 """Median of the square of a normal number."""
 SHOWN = 0.5
@@ -105,7 +107,9 @@ def judged_against(
     if against.verdict.word != "differs" or (len(scene.lights) < 2 and not _scatters(against.sides)):
         return against
     picked = judged(max(2, len(scene.lights)))
-    return against if picked.verdict.word == "differs" else picked
+    low, high = picked.verdict.bias_interval
+    explains = picked.verdict.word != "differs" and high - low < WIDE
+    return picked if explains else against
 
 
 def _scatters(sides: Sides) -> bool:

@@ -100,7 +100,7 @@ def floor_irradiance(light: Light, points: Floats) -> Floats:
     """Unshadowed irradiance (n,) of a floor that faces +y."""
     if isinstance(light, QuadLight):
         up = np.broadcast_to(column((0, 1, 0)), points.shape)
-        return irradiance(points, up, *(column(v) for v in (light.corner, light.ab, light.ac)))[0]
+        return irradiance(points, up, column(light.corner), column(light.ab), column(light.ac))[0]
     if isinstance(light, PointLight):
         d = column(light.position) - points
         return light.intensity[0] * d[1] / dot(d, d) ** 1.5

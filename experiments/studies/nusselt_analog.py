@@ -43,7 +43,8 @@ def compare(seed: int, count: int) -> Outcome:
     rows = []
     for name, light in lights.items():
         area = disk_area(here[:, 0], up[:, 0], corners_of(light))
-        value, _ = irradiance(here, up, *(column(v) for v in light))
+        corner, ab, ac = (column(v) for v in light)
+        value, _ = irradiance(here, up, corner, ab, ac)
         difference = abs(area - float(value[0])) / np.pi
         row = {"light": name, "disk_area": area, "irradiance": float(value[0]), "difference": difference}
         rows.append(row | {"share_of_disk": area / np.pi, "as_claimed": difference <= RIGHT})

@@ -26,7 +26,8 @@ def _over_patch(points: ShadingPoints, index: Ints, corner: Floats, ab: Floats, 
     lit = np.flatnonzero(np.maximum.reduce(heights) > 0)  # the others are the dearest, and get nothing
     value, bound = np.zeros(index.size), np.zeros(index.size)
     if lit.size:
-        power, bound[lit] = irradiance(*(chosen(v, lit) for v in (x, n, corner, ab, ac)), enough=points.enough)
+        x, n, corner, ab, ac = (chosen(v, lit) for v in (x, n, corner, ab, ac))
+        power, bound[lit] = irradiance(x, n, corner, ab, ac, enough=points.enough)
         value[lit] = power / math.pi
     return value, bound
 

@@ -24,7 +24,8 @@ def _over_patch(points: ShadingPoints, index: Ints, corner: Floats, ab: Floats, 
     """(s+2)/(2 pi) times the lobe integral."""
     s = points.shininess[index]
     x, n, w = (chosen(v, index) for v in (points.position, points.normal, points.mirror))
-    power, bound = phong_lobe(x, n, w, s, *(chosen(v, index) for v in (corner, ab, ac)), enough=points.enough)
+    corner, ab, ac = (chosen(v, index) for v in (corner, ab, ac))
+    power, bound = phong_lobe(x, n, w, s, corner, ab, ac, enough=points.enough)
     return (s + 2) / (2 * math.pi) * power, bound
 
 
