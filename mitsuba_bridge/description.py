@@ -229,7 +229,6 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
         seen = seen_box(scene)
         limits = close_blockers(scene, seen, placement.near) + coarse_lights(scene, seen)
     if own:
-        notes.append("the reference is the file itself, as Mitsuba reads it: nothing is moved or scaled")
         limits += far_lifted(scene, placement.half)
     description = Description(
         camera,

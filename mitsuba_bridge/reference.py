@@ -26,6 +26,7 @@ from .ties import tied
 
 TIME = 0.8
 """Share of the time allowed that passes are planned for; the rest is for starting, and for the last of them."""
+ITSELF = "the reference is the file itself, as Mitsuba reads it: nothing is moved or scaled"
 PASSES = 32
 """Fewest passes of a light with noise: below, a t quantile at a report's level costs too much."""
 
@@ -238,6 +239,7 @@ def render_reference(
         llvm=None if told.get("llvm") is None else str(told["llvm"]),
         notes=(
             running.sentence,
+            *([ITSELF] if own is not None else []),
             *limits,
             *description.notes,
             *_said_of(slipped, tie),

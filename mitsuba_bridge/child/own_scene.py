@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
+NEAR_AND_FAR = 1e-5, 1e9
+"""Of the camera: nothing is cut off."""
 MESH = ("vertices", "faces", "normals")
 MESHES = ("obj", "ply", "serialized")
 """Shapes whose triangles are read by Mitsuba."""
@@ -66,19 +68,19 @@ def parse_own(job: dict[str, Any], folder: Path, progress: Callable[[int, int], 
     arrays: dict[str, Array] = {}
     for number, file in enumerate(job["files"]):
         try:
-            nodes, meshes = _nodes(file)
+            nodes, meshes, unbuilt = _nodes(file)
         except (RuntimeError, ValueError, TypeError) as error:
             told.append({"error": str(error)})
             continue
-        told.append({"nodes": nodes})
+        told.append({"nodes": nodes, "unbuilt": unbuilt})
         for index, mesh in meshes.items():
             arrays |= dict(zip((f"{what}{number}-{index}" for what in MESH), mesh, strict=True))
     return {"told": np.frombuffer(json.dumps(told).encode(), dtype=np.uint8), **arrays}
 
 
-def _nodes(file: str) -> tuple[list[dict[str, Any]], dict[int, tuple[Array, Array, Array]]]:
-    """What a file says, node by node, and the triangles of its meshes by the numbers of their nodes."""
-    _, state = _parsed(file)
+def _nodes(file: str) -> tuple[list[dict[str, Any]], dict[int, tuple[Array, Array, Array]], str]:
+    """What a file says, node by node, the triangles of its meshes by the numbers of their nodes, and what stops it."""
+    config, state = _parsed(file)
     nodes, meshes = [], {}
     for index, node in enumerate(state.nodes):
         props = node.props
@@ -93,7 +95,11 @@ def _nodes(file: str) -> tuple[list[dict[str, Any]], dict[int, tuple[Array, Arra
         )
         if props.plugin_name() in MESHES:
             meshes[index] = _mesh(props)
-    return nodes, meshes
+    try:
+        mi.parser.instantiate(config, state)
+    except (RuntimeError, ValueError, TypeError) as error:
+        return nodes, meshes, str(error)
+    return nodes, meshes, ""
 
 
 def _names(props: Any) -> list[str]:
@@ -145,5 +151,8 @@ def own_scene(own: dict[str, Any], size: tuple[int, int]) -> Any:
     for index, node in enumerate(nodes):
         if str(node.type).endswith("Film"):
             node.props["width"], node.props["height"] = size
+            nodes[index] = node
+        if node.props.plugin_name() == "perspective":
+            node.props["near_clip"], node.props["far_clip"] = NEAR_AND_FAR
             nodes[index] = node
     return mi.parser.instantiate(config, state)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from nusselt.renderer.scene import Camera
+from nusselt.renderer.scene import MAX_SIDE, Camera
 from nusselt.renderer.validation import Vec3
 from nusselt.renderer.vectors import Floats
 
@@ -21,6 +21,7 @@ def camera_of(sensor: Node) -> tuple[Camera, int, int]:
     """A camera, and the width and height of its film."""
     if sensor.plugin != "perspective":
         raise sensor.refused(sensor.plugin, "perspective")
+    sensor.holds("Film", "Sampler")
     sensor.only("fov", "fov_axis", "focal_length", "to_world", *IGNORED)
     width, height = _film(next(sensor.of_kind("Film"), None), sensor)
     matrix = sensor.matrix()
@@ -42,7 +43,11 @@ def _triple(values: Floats) -> Vec3:
 def _film(film: Node | None, sensor: Node) -> tuple[int, int]:
     if film is None:
         return SIZE
+    if film.plugin != "hdrfilm" or film.word("pixel_format", "rgb") not in ("rgb", "rgba"):
+        raise film.refused(f"{film.plugin}, {film.word('pixel_format', 'rgb')}", "hdrfilm, rgb")
     width, height = (int(film.number(name, size)) for name, size in zip(("width", "height"), SIZE, strict=True))
+    if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
+        raise film.refused(f"{width} x {height}", f"1 to {MAX_SIDE} pixels a side")
     whole = {"crop_offset_x": 0, "crop_offset_y": 0, "crop_width": width, "crop_height": height}
     if any(film.number(name, size) != size for name, size in whole.items()):
         raise film.refused("a crop", "the whole film")
@@ -60,6 +65,8 @@ def _fov_y(sensor: Node, width: int, height: int) -> float:
         fov, axis = 2 * math.degrees(math.atan(math.hypot(36, 24) / 2 / length)), "diagonal"
     else:
         fov, axis = sensor.number("fov"), sensor.word("fov_axis", "x")
+    if not 0 < fov < 180:
+        raise sensor.refused(f"fov {fov:g}", "an angle in (0, 180) degrees")
     sides = {"x": width, "y": height, "diagonal": math.hypot(width, height)}
     sides |= {"smaller": min(width, height), "larger": max(width, height)}
     if axis not in sides:

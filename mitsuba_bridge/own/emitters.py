@@ -22,10 +22,7 @@ from nusselt.renderer.validation import Vec3
 from nusselt.renderer.vectors import Floats, Ints
 
 from .nodes import Node
-from .shapes import FILES, triangles_of
-
-ROUND = 1e-6
-"""Relative difference of a disk's axes at which it is one."""
+from .shapes import FILES, ROUND, round_axes, triangles_of
 
 
 def _triple(values: Floats) -> Vec3:
@@ -37,13 +34,17 @@ def _point(node: Node, matrix: Floats) -> Light:
     node.only("position", "to_world", "intensity", "sampling_weight")
     position = np.array(node.point("position", (0.0, 0.0, 0.0)))
     placed = position if "position" in node.properties else node.matrix()[:3, 3]
-    return PointLight(_triple((matrix @ np.append(placed, 1))[:3]), node.colour("intensity", (1.0, 1.0, 1.0)))
+    return PointLight(
+        _triple((matrix @ np.append(placed, 1))[:3]), node.colour("intensity", (1.0, 1.0, 1.0), emits=True)
+    )
 
 
 def _directional(node: Node, matrix: Floats) -> Light:
     node.only("direction", "to_world", "irradiance", "sampling_weight")
     travel = node.matrix()[:3, 2] if "to_world" in node.properties else np.array(node.point("direction"))
-    return DirectionalLight(_triple(-(matrix[:3, :3] @ travel)), node.colour("irradiance", (1.0, 1.0, 1.0)))
+    if "to_world" in node.properties and abs(math.hypot(*travel) - 1) > ROUND:
+        raise node.refused("a to_world that scales", "one that turns alone: Mitsuba takes the light by its square")
+    return DirectionalLight(_triple(-(matrix[:3, :3] @ travel)), node.colour("irradiance", (1.0, 1.0, 1.0), emits=True))
 
 
 def _spot(node: Node, matrix: Floats) -> Light:
@@ -51,14 +52,14 @@ def _spot(node: Node, matrix: Floats) -> Light:
     node.only("to_world", "intensity", "cutoff_angle", "beam_width", "sampling_weight")
     node.plain("texture")
     placed, cutoff = matrix @ node.matrix(), node.number("cutoff_angle", 20.0)
-    begin, intensity = node.number("beam_width", 0.75 * cutoff), node.colour("intensity", (1.0, 1.0, 1.0))
+    begin, intensity = node.number("beam_width", 0.75 * cutoff), node.colour("intensity", (1.0, 1.0, 1.0), emits=True)
     return SpotLight(_triple(placed[:3, 3]), _triple(placed[:3, 2]), cutoff, begin, intensity)
 
 
 def _constant(node: Node, matrix: Floats) -> Light:
     node.only("radiance", "scale", "to_world", "sampling_weight")
     scale = node.number("scale", 1.0)
-    r, g, b = node.colour("radiance", (1.0, 1.0, 1.0))
+    r, g, b = node.colour("radiance", (1.0, 1.0, 1.0), emits=True)
     return SkyLight((scale * r, scale * g, scale * b))
 
 
@@ -73,6 +74,8 @@ EMITTERS: dict[str, Callable[[Node, Floats], Light]] = {
 
 def light_of(node: Node) -> Light:
     """An emitter that is no shape."""
+    if node.properties.get("sampling_weight", ("", 1.0))[1] == 0:
+        raise node.refused("sampling_weight 0", "a weight above 0: such a light is never sampled")
     if node.plugin not in EMITTERS:
         raise node.refused(node.plugin, f"{', '.join(EMITTERS)}, or area on a shape")
     return EMITTERS[node.plugin](node, np.eye(4))
@@ -83,9 +86,12 @@ def area_light(shape: Node, emitter: Node, matrix: Floats) -> Light:
     if emitter.plugin != "area":
         raise emitter.refused(emitter.plugin, "area")
     emitter.only("radiance", "sampling_weight")
+    if emitter.number("sampling_weight", 1.0) == 0:
+        raise emitter.refused("sampling_weight 0", "a weight above 0: such a light is never sampled")
+    shape.holds("BSDF", "Emitter")
     if shape.plugin not in AREAS:
         raise shape.refused(f"{shape.plugin} with an emitter", f"a light that is a {' or '.join(AREAS)}")
-    return AREAS[shape.plugin](shape, matrix, emitter.colour("radiance", (1.0, 1.0, 1.0)))
+    return AREAS[shape.plugin](shape, matrix, emitter.colour("radiance", (1.0, 1.0, 1.0), emits=True))
 
 
 def _normal(shape: Node, matrix: Floats) -> Floats:
@@ -113,12 +119,8 @@ def _disk(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
 def _sphere(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
     if shape.flag("flip_normals"):
         raise shape.refused("flip_normals", "a ball that shines outwards")
-    axes = matrix[:3, :3]
-    lengths = np.sqrt((axes * axes).sum(axis=0))
-    if np.abs(axes.T @ axes - lengths[0] ** 2 * np.eye(3)).max() > ROUND * lengths[0] ** 2:
-        raise shape.refused("an ellipsoid with an emitter", "a sphere that is round")
     centre = matrix @ np.append(shape.point("center", (0.0, 0.0, 0.0)), 1.0)
-    return SphereLight(_triple(centre[:3]), shape.number("radius", 1.0) * float(lengths[0]), radiance)
+    return SphereLight(_triple(centre[:3]), round_axes(shape, matrix), radiance)
 
 
 def _mesh(shape: Node, matrix: Floats, radiance: Vec3) -> Light:

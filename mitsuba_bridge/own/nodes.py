@@ -6,7 +6,7 @@ import json
 import re
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +41,8 @@ class Node:
         What it holds, by the names of its properties.
     mesh : (vertices, faces, normals), optional
         (3, n) float64, (3, m) int64 and (3, n) float64 of a shape that Mitsuba has loaded; no normals if it is faceted.
+    unbuilt : InputError, optional
+        Of a whole file: why Mitsuba parses it but does not make a scene of it.
     """
 
     index: int
@@ -51,6 +53,7 @@ class Node:
     properties: Mapping[str, tuple[str, Any]]
     children: tuple[tuple[str, Node], ...] = ()
     mesh: tuple[Floats, Ints, Floats] | None = field(default=None, repr=False)
+    unbuilt: InputError | None = field(default=None, repr=False)
 
     @property
     def title(self) -> str:
@@ -70,6 +73,12 @@ class Node:
     def of_kind(self, kind: str) -> Iterator[Node]:
         """Its children of a kind."""
         return (child for _, child in self.children if child.kind == kind)
+
+    def holds(self, *kinds: str) -> None:
+        """Refuse children of other kinds: media, textures where none is read."""
+        for _, child in self.children:
+            if child.kind not in kinds:
+                raise child.refused(child.plugin, f"no {child.kind.lower()} in {self.title}")
 
     def plain(self, *names: str) -> None:
         """Refuse children of these names: textures where none is read."""
@@ -111,12 +120,16 @@ class Node:
             raise self.refused(f"{name} that is not affine", "an affine transform")
         return found
 
-    def colour(self, name: str, default: Vec3 | None = None) -> Vec3:
-        """An RGB colour, or a number for all channels; spectra over wavelengths and textures are refused."""
+    def colour(self, name: str, default: Vec3 | None = None, emits: bool = False) -> Vec3:
+        """An RGB colour, or a number for all channels; textures and spectra over wavelengths are refused.
+
+        A constant spectrum is that number of a reflectance; one that ``emits`` is refused, since white is no 1 1 1.
+        """
         for held, child in self.children:
             if held == name:
                 raise child.refused(child.plugin, f"a colour, one for all of {self.title}")
-        value = self._get(name, ("Color", "Spectrum", "Float"), "a colour, or one number for all channels", default)
+        kinds = ("Color", "Float") if emits else ("Color", "Spectrum", "Float")
+        value = self._get(name, kinds, "a colour (rgb), or one number for all channels", default)
         r, g, b = (value,) * 3 if isinstance(value, int | float) else value
         return float(r), float(g), float(b)
 
@@ -173,4 +186,5 @@ def _tree(told: dict[str, Any], number: int, arrays: dict[str, Floats], path: Pa
             mesh,
         )
 
-    return made(0)
+    why = told.get("unbuilt")
+    return replace(made(0), unbuilt=_not_loaded(_line(why), path)) if why else made(0)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -23,7 +24,10 @@ from .nodes import Node, read_nodes
 from .shapes import shape_of
 from .surfaces import OwnSurface, surface_of
 
+Made = TypeVar("Made")
 HELD = ("Integrator", "Sensor", "Shape", "Emitter", "BSDF", "Texture", "Sampler", "Film")
+SINGLE = 2.0**-24
+"""Relative rounding of single precision."""
 DIRECT = 2
 """max_depth of a path that ends at the first surface."""
 
@@ -50,7 +54,10 @@ def read_mitsuba(path: Path, *, as_diffuse: bool = False) -> Scene:
     (root,) = read_nodes(path)
     if isinstance(root, InputError):
         raise root
-    return scene_of(root, path, as_diffuse)
+    scene = scene_of(root, path, as_diffuse)
+    if root.unbuilt is not None:
+        raise root.unbuilt
+    return scene
 
 
 def scene_of(root: Node, path: Path, as_diffuse: bool) -> Scene:
@@ -60,22 +67,24 @@ def scene_of(root: Node, path: Path, as_diffuse: bool) -> Scene:
         raise root.refused("no sensor", "one perspective sensor")
     camera, width, height = camera_of(sensors[0])
     notes = [f"{sensor.place}: {sensor.title} is left out: the first sensor is used" for sensor in sensors[1:]]
+    if {"near_clip", "far_clip"} & set(sensors[0].properties):
+        notes.append(f"{sensors[0].place}: near_clip and far_clip are left out, on both sides")
     for _, child in root.children:
         if child.kind not in HELD:
             raise child.refused(child.kind.lower(), "surfaces, lights and a camera in empty space")
     notes += _integrator(root)
-    lights: list[tuple[Node, Light]] = [(node, light_of(node)) for node in root.of_kind("Emitter")]
+    lights: list[tuple[Node, Light]] = [(node, _at(node, light_of, node)) for node in root.of_kind("Emitter")]
     bodies: list[tuple[Mesh | Ellipsoid, OwnSurface]] = []
     for shape, matrix in _placed(root):
         surface = surface_of(shape, as_diffuse)
         notes += surface.notes
         emitters = list(shape.of_kind("Emitter"))
         if emitters:
-            lights.append((shape, area_light(shape, emitters[0], matrix @ shape.matrix())))
+            lights.append((shape, _at(shape, area_light, shape, emitters[0], matrix @ shape.matrix())))
             if max(surface.material.diffuse) > 0:
                 notes.append(f"{shape.place}: {shape.title} emits; what it reflects is left out")
         else:
-            bodies.append((shape_of(shape, matrix, surface.material), surface))
+            bodies.append((_at(shape, shape_of, shape, matrix, surface.material), surface))
     lights.sort(key=lambda entry: entry[0].index)
     scene = Scene(
         width=width,
@@ -93,11 +102,21 @@ def scene_of(root: Node, path: Path, as_diffuse: bool) -> Scene:
     return scene.with_(origin=Origin(str(path.resolve()), tuple(node.index for node, _ in lights), content(scene)))
 
 
+def _at(node: Node, make: Callable[..., Made], *given: Any) -> Made:
+    """What is made of a node; an error in its numbers names its place."""
+    try:
+        return make(*given)
+    except InputError as error:
+        raise (error if error.where else error.at(node.place)) from None
+
+
 def _integrator(root: Node) -> Iterator[str]:
     for node in root.of_kind("Integrator"):
         depth = node.properties.get("max_depth", ("", -1))[1]
         if node.plugin not in ("direct", "path") or (node.plugin == "path" and depth != DIRECT):
             yield f"{node.place}: {node.title}: direct light alone is judged"
+        if node.flag("hide_emitters"):
+            yield f"{node.place}: hide_emitters is left out, on both sides: lights are seen"
 
 
 def _placed(root: Node) -> Iterator[tuple[Node, Floats]]:
@@ -118,13 +137,18 @@ def _placed(root: Node) -> Iterator[tuple[Node, Floats]]:
 
 def _two_sided(scene: Scene, bodies: list[tuple[Mesh | Ellipsoid, OwnSurface]], path: Path) -> bool:
     """Whether surfaces reflect at their back. Ours do all or none: what counts is the backs that are seen."""
+    geometry = build_geometry(scene)
+    farthest = max((float(np.abs(v).max(initial=0.0)) for v in (geometry.a, geometry.center)), default=0.0)
+    size = float(np.ptp(np.hstack((geometry.a, geometry.center)), axis=1).max(initial=0.0))
+    if farthest * SINGLE > 1e-5 * size > 0:
+        held = f"{size:.3g} units at {farthest:.3g} from the origin"
+        raise InputError("scene", held, "one near the origin: single precision does not hold this one", str(path))
     kinds = [surface.two_sided for _, surface in bodies]
     if len(set(kinds)) < 2:
         return any(kinds)
     order = [s.two_sided for b, s in bodies if isinstance(b, Mesh)] + [
         s.two_sided for b, s in bodies if isinstance(b, Ellipsoid)
     ]
-    geometry = build_geometry(scene)
     x, y = pixel_centres(range(scene.width), range(scene.height))
     view = look(scene, geometry, x, y)
     seen = {order[k] for k in view.hits.surface[view.back].tolist()}

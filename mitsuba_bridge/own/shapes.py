@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 
@@ -13,14 +14,17 @@ from .nodes import Node
 
 FILES = ("obj", "ply", "serialized")
 IGNORED = ("silhouette_sampling_weight",)
+ROUND = 1e-6
+"""Relative difference of the axes of what is round."""
 
 
 def shape_of(shape: Node, matrix: Floats, material: Material) -> Mesh | Ellipsoid:
     """A shape that is no light, placed by a matrix (4, 4) after its own."""
+    shape.holds("BSDF")
     if shape.plugin == "sphere":
         shape.only("center", "radius", "to_world", "flip_normals", *IGNORED)
         _not_flipped(shape)
-        return _sphere(shape, matrix @ shape.matrix(), material)
+        return _sphere(shape, matrix, material)
     if shape.plugin in FILES:
         shape.only(
             *("filename", "to_world", "face_normals", "flip_normals", "flip_tex_coords", "shape_index"), *IGNORED
@@ -46,7 +50,7 @@ def triangles_of(shape: Node) -> tuple[Floats, Ints]:
         a, b, c = (vertices[:, k] for k in faces)
         flat = np.cross(b - a, c - a, axis=0)
         flat /= np.maximum(np.sqrt((flat * flat).sum(axis=0)), 1e-300)
-        if any(np.abs(np.abs((normals[:, k] * flat).sum(axis=0)) - 1).max(initial=0.0) > SMOOTH for k in faces):
+        if any(np.abs((normals[:, k] * flat).sum(axis=0) - 1).max(initial=0.0) > SMOOTH for k in faces):
             raise shape.refused("shading normals", "flat faces: face_normals, true")
     return vertices, faces
 
@@ -56,14 +60,27 @@ def _not_flipped(shape: Node) -> None:
         raise shape.refused("flip_normals", "a surface that faces outwards")
 
 
+def round_axes(shape: Node, matrix: Floats) -> float:
+    """By how much a transform scales a sphere; what does more to it is not what Mitsuba makes an ellipsoid of."""
+    axes = matrix[:3, :3]
+    square = float((axes[:, 0] ** 2).sum())
+    if np.abs(axes.T @ axes - square * np.eye(3)).max() > ROUND * square or np.linalg.det(axes) <= 0:
+        raise shape.refused("a to_world that stretches, shears or mirrors it", "one that turns, moves or scales it")
+    radius = shape.number("radius", 1.0)
+    if not radius > 0:
+        raise shape.refused(f"radius {radius:g}", "a radius above 0")
+    return radius * math.sqrt(square)
+
+
 def _sphere(shape: Node, matrix: Floats, material: Material) -> Ellipsoid:
-    centre = matrix @ np.append(shape.point("center", (0.0, 0.0, 0.0)), 1.0)
-    axes = matrix[:3, :3] * shape.number("radius", 1.0)
+    """Round by its own transform; an instance may stretch it."""
+    radius, own = round_axes(shape, shape.matrix()), shape.matrix()
+    centre = matrix @ own @ np.append(shape.point("center", (0.0, 0.0, 0.0)), 1.0)
     x, y, z = centre[:3].tolist()
-    a, b, c = (tuple(row) for row in axes.tolist())
+    a, b, c = (tuple(row) for row in (matrix[:3, :3] * radius).tolist())
     found = Ellipsoid((x, y, z), (a, b, c), material)
-    radius = found.radius
-    return Ellipsoid.sphere((x, y, z), radius, material) if radius is not None else found
+    round_ = found.radius
+    return Ellipsoid.sphere((x, y, z), round_, material) if round_ is not None else found
 
 
 def _mesh(vertices: Floats, faces: Ints, matrix: Floats, shape: Node, material: Material) -> Mesh:

@@ -25,8 +25,10 @@ FILM = '<film type="hdrfilm"><integer name="width" value="40"/><integer name="he
 LOOK = '<lookat origin="0.5,2,6" target="0,0.5,0" up="0,1,0"/>'
 
 
-def sensor(lens: str = '<float name="fov" value="40"/>', look: str = LOOK, kind: str = "perspective", more: str = ""):
-    film = FILM.format(more=more)
+def sensor(
+    lens: str = '<float name="fov" value="40"/>', look: str = LOOK, kind: str = "perspective", more: str = "", film=FILM
+):
+    film = film.format(more=more)
     return f'<sensor type="{kind}">{lens}<transform name="to_world">{look}</transform>{film}</sensor>'
 
 
@@ -54,6 +56,10 @@ def back(x: str, surface: str):
     return f'<shape type="rectangle"><transform name="to_world">{place}</transform>{surface}</shape>'
 
 
+def ball(place: str):
+    return f'<shape type="sphere"><transform name="to_world">{place}</transform>{REF}</shape>'
+
+
 def fov(axis: str):
     return f'<float name="fov" value="40"/><string name="fov_axis" value="{axis}"/>'
 
@@ -76,6 +82,13 @@ SMOOTH_OBJ = "v 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 0\nvn 0 0 1\nvn 0 1 1\nf 1//1 2//
 OBJ = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n"
 MESH = f'<shape type="obj"><string name="filename" value="leaf.obj"/>{REF_TWO}</shape>'
 FACETED = MESH.replace("leaf", "smooth").replace("/><ref", '/><boolean name="face_normals" value="true"/><ref')
+AWAY = '<translate x="1e6"/>'
+FAR = FLOOR.replace("</transform>", f"{AWAY}</transform>").format(REF)
+UNSAMPLED = POINT.replace("<point", '<float name="sampling_weight" value="0"/><point')
+SUN = (
+    '<emitter type="directional"><transform name="to_world"><lookat origin="0,0,0" target="1,-2,0" up="0,0,1"/>'
+    '</transform><rgb name="irradiance" value="1,1,1"/></emitter>'
+)
 LEAF = '<string name="filename" value="leaf.obj"/>'
 SPOT = (
     '<emitter type="spot"><transform name="to_world"><lookat origin="1,3,1" target="0,0.5,0" up="0,1,0"/></transform>'
@@ -105,12 +118,6 @@ READ = {
     "old": file(OLD, GREY, FLOOR.replace("to_world", "toWorld").format(REF), POINT, version="0.5.0"),
     "default": file('<default name="w" value="0.5"/>', sensor(), *PLAIN, lamp('<scale x="$w" y="0.25"/>')),
     "cube": file(sensor(), *PLAIN, cube(), lamp()),
-    "ellipsoid": file(
-        sensor(),
-        *PLAIN,
-        f'<shape type="sphere"><transform name="to_world"><scale x="1" y="0.5" z="1"/></transform>{REF}</shape>',
-        lamp(),
-    ),
     "mesh": file(sensor(), *PLAIN, MESH, lamp()),
     "faceted": file(sensor(), *PLAIN, FACETED, lamp()),
     "instance": file(
@@ -132,8 +139,7 @@ READ = {
         sensor(),
         *PLAIN,
         POINT,
-        '<emitter type="directional"><transform name="to_world"><lookat origin="0,0,0" target="1,-2,0" up="0,0,1"/>'
-        '</transform><rgb name="irradiance" value="1,1,1"/></emitter>',
+        SUN,
     ),
     "ball": file(sensor(), *PLAIN, cube(), lamp('<scale value="0.3"/>', "sphere")),
     "spot": file(sensor(), *PLAIN, cube(), SPOT),
@@ -160,6 +166,21 @@ REFUSED = {
     "ellipse": (file(sensor(), *PLAIN, lamp('<scale x="0.4" y="0.2"/>', "disk")), "round", 6),
     "seen from behind": (file(sensor(), *PLAIN, back("-1", REF), back("1", REF_TWO), lamp()), "seen from behind", 0),
     "smooth": (file(sensor(), *PLAIN, MESH.replace("leaf", "smooth"), lamp()), "shading normals", 6),
+    "ellipsoid": (file(sensor(), *PLAIN, ball('<scale x="1" y="0.5" z="1"/>')), "stretches", 6),
+    "mirrored ball": (file(sensor(), *PLAIN, ball('<scale x="1" y="-1" z="1"/>')), "mirrors", 6),
+    "inside out": (file(sensor(), *PLAIN, MESH.replace("leaf", "against"), lamp()), "shading normals", 6),
+    "doubled sun": (file(sensor(), *PLAIN, SUN.replace("<lookat", '<scale value="2"/><lookat')), "scales", 6),
+    "white light": (file(sensor(), *PLAIN, lamp().replace("rgb", "spectrum").replace("9,8,7", "1")), "rgb", 6),
+    "no film": (file(sensor(film=FILM.replace("40", "0")), *PLAIN), "1 to 65536", 2),
+    "luminance": (file(sensor(more='<string name="pixel_format" value="luminance"/>'), *PLAIN), "hdrfilm, rgb", 2),
+    "never sampled": (
+        file(sensor(), UNSAMPLED),
+        "weight",
+        3,
+    ),
+    "fog": (file(sensor(), *PLAIN, cube(REF + '<medium name="interior" type="homogeneous"/>')), "medium", 6),
+    "far away": (file(sensor(), GREY, FAR, lamp(after=DOWN + AWAY)), "single precision", 0),
+    "flat block": (file(sensor(), *PLAIN, cube(place='<scale x="0"/>')), "area", 6),
     "no XML": ("<scene version='3.0.0'><shape type='sphere'><foo/></shape></scene>", "foo", 1),
     "property": (file(sensor(), '<shape type="rectangle"><float name="bulge" value="2"/></shape>'), "bulge", 3),
 }
@@ -171,6 +192,10 @@ def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("own")
     (folder / "leaf.obj").write_text(OBJ)
     (folder / "one.obj").write_text(OBJ[: OBJ.rindex("f")])
+    turned = (
+        OBJ.replace("f ", "vn 0 0 -1\nf ", 1).replace("f 1 2 3", "f 1//1 2//1 3//1").replace("1 3 4", "1//1 3//1 4//1")
+    )
+    (folder / "against.obj").write_text(turned)
     (folder / "smooth.obj").write_text(SMOOTH_OBJ)
     texts = READ | {name: text for name, (text, _, _) in REFUSED.items()}
     paths = {name: folder / f"{name}.xml" for name in texts}
@@ -272,3 +297,18 @@ def test_what_is_written_is_read_again(name, tmp_path):
     first, second = render(scene, Exact(samples=64)).mean, render(again, Exact(samples=64)).mean
     off = np.abs(first - second).max(axis=0) > 1e-3 * first.max()
     assert off.mean() < 0.01  # single pixels at edges
+
+
+def test_what_mitsuba_parses_and_does_not_build_is_refused(tmp_path):
+    (tmp_path / "bright.xml").write_text(file(sensor(), FLOOR.format(GREY.replace("0.5,", "1.5,")), lamp()))
+    with pytest.raises(InputError, match="what Mitsuba loads"):
+        load(str(tmp_path / "bright.xml"))
+
+
+def test_a_camera_that_cuts_off_is_said_and_cuts_nothing(tmp_path):
+    lens = '<float name="fov" value="40"/><float name="near_clip" value="5.5"/>'
+    (tmp_path / "near.xml").write_text(file(sensor(lens), *PLAIN, cube(), lamp()))
+    scene = load(str(tmp_path / "near.xml"))
+    assert any("near_clip" in warning for warning in scene.warnings)
+    answer = check(scene, Question(estimator="exact", margin=0.02), command="", references=References())
+    assert answer.row["verdict"] == "agrees", answer.row["reason"]
