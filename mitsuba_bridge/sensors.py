@@ -13,10 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
+from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
+from nusselt.renderer.visibility.segments import Blockers
 
 from .description import describe
+from .limits import LIFT
 from .llvm import Backend, backend
 from .process import ReferenceUnavailable
 from .reference import ask
@@ -32,6 +35,8 @@ class SensorReference:
     ----------
     mean, standard_error : (3, n) float64
         Irradiance, W m^-2.
+    unoccluded : (3, n) float64
+        What it would be if nothing blocked.
     grain : (3, n) float64
         The most that one sample can change it by.
     passes, samples : int
@@ -40,16 +45,20 @@ class SensorReference:
         Of Mitsuba.
     limits : tuple of str
         Where it may be wrong itself.
+    too_close : (n,) bool
+        Sensors that a surface is before, closer than Mitsuba's shadow rays are lifted off.
     """
 
     mean: Floats
     standard_error: Floats
+    unoccluded: Floats
     grain: Floats
     passes: int
     samples: int
     version: str
     variant: str
     limits: tuple[str, ...]
+    too_close: Bools
 
 
 def sensors_by_mitsuba(
@@ -96,10 +105,27 @@ def sensors_by_mitsuba(
     return SensorReference(
         mean=arrays["mean"],
         standard_error=arrays["standard_error"],
+        unoccluded=arrays["unoccluded"],
         grain=arrays["grain"],
         passes=PASSES,
         samples=samples * PASSES,
         version=str(told["version"]),
         variant=str(told["variant"]),
         limits=tuple(description.limits),
+        too_close=_too_close(scene, 1 / description.scale, centre),
     )
+
+
+LIFTS = 4.0
+"""Times as far as Mitsuba 3.9 lifts shadow rays that a surface must be before a sensor."""
+
+
+def _too_close(scene: Scene, unit: float, centre: Floats) -> Bools:
+    """Sensors with a surface before them within what Mitsuba's shadow rays start beyond."""
+    position, normal = (np.array([getattr(s, name) for s in scene.sensors]).T for name in ("position", "normal"))
+    lift = LIFTS * LIFT * (unit + np.abs(position - centre[:, None]).max(axis=0))
+    near, geometry, _ = prepare(scene, everything=True)
+    moved = np.array([sensor.position for sensor in near.sensors]).T
+    ways, on_none = (normal * lift)[:, :, None], np.full(moved.shape[1], -1)
+    clear = Blockers.everything(geometry).gathered().visible(moved, on_none, ways, at_infinity=False)
+    return np.asarray(~clear[:, 0])

@@ -56,6 +56,8 @@ def command(*, scenes: tuple[str, ...], reading: Reading, target: str | None, al
     for row in rows:
         if row.get("verdict", "agrees") != "agrees":
             told.print(f"{row['scene']}, sensor {row['sensor']}: {row['reason']}", markup=False)
+    for warning in dict.fromkeys(warning for row in rows for warning in row["warnings"]):
+        told.print(f"warning: {warning}", markup=False)
     words = Counter(row.get("verdict", "not judged") for row in rows)
     told.print(f"{count(len(rows), 'sensor')}: " + ", ".join(f"{number} {word}" for word, number in words.items()))
     for problem in sorted({note for row in rows for note in row.get("reference", {}).get("notes", ())}):

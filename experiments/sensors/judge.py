@@ -1,7 +1,7 @@
 """The verdict on every sensor: ours against Mitsuba, and against what the scene expects.
 
-Each channel of each sensor is a test of its own, at its share of the false-alarm rate. A reading is compared in units
-of itself; in the dark, where it is 0, of the sensors' average.
+Each channel of each sensor is a test of its own, at its share of the false-alarm rate, in units of itself; where it is
+0, of what it would be if nothing blocked.
 """
 
 from __future__ import annotations
@@ -48,10 +48,12 @@ class Difference:
         return word, f"off {of} by [{low:+.3%}, {high:+.3%}], {where} {allowed[0]:.3%}"
 
 
-def _unit(readings: Floats) -> Floats:
-    """What differences are relative to, (3, n)."""
-    grey = np.abs(readings).mean(axis=0)
-    return np.broadcast_to(np.where(grey > 0, grey, grey.mean() or 1.0), readings.shape)
+def _unit(readings: Floats, unoccluded: Floats | None = None) -> Floats:
+    """What differences are relative to, (3, n): each channel to itself, or to what it would be if nothing blocked."""
+    unit = np.abs(readings)
+    for other in ([] if unoccluded is None else [unoccluded]) + [np.broadcast_to(unit.mean(axis=0), unit.shape)]:
+        unit = np.where(unit > 0, unit, other)
+    return np.where(unit > 0, unit, unit.mean() or 1.0)
 
 
 def against_mitsuba(
@@ -77,7 +79,7 @@ def against_mitsuba(
     more = reference.samples / (samples * passes) if variance.any() else 0.0
     grain = np.hypot(1.0, more) * reference.grain
     bias = Bias(mean - reference.mean, np.sqrt(variance + noise), np.maximum(freedom, 1.0), grain)
-    unit = _unit(reference.mean)
+    unit = _unit(reference.mean, reference.unoccluded)
     return Difference(
         bias.value / unit, bias.half_width(level / mean.size) / unit + ROUNDING, np.full(unit.shape, margin)
     )

@@ -15,8 +15,10 @@ from nusselt.experiments.check.question import MOST_SEED, chosen_estimator, numb
 from nusselt.experiments.results.schema import Row
 from nusselt.mitsuba_bridge.process import ReferenceUnavailable
 from nusselt.mitsuba_bridge.sensors import SensorReference, sensors_by_mitsuba
+from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image, read_sensors
+from nusselt.renderer.lights import Light
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
@@ -91,6 +93,7 @@ def read(
         If it has none.
     """
     estimator = chosen_estimator(scene, question.estimator, question.samples, question.stratified)
+    _refuse_at_lights(scene)
     _, first, second = seeds(question.seed, scene.name, estimator.name)
 
     def telling(what: str) -> Callable[[int, int], None]:
@@ -129,6 +132,20 @@ def read(
     return _rows(
         head, scene, ours, passes, reference, why, compared, against_expected(ours, passes, scene.sensors, level)
     )
+
+
+def _refuse_at_lights(scene: Scene) -> None:
+    """Where a light without extent stands, irradiance has no bound."""
+    places = {tuple(light.anchored()[:, 0].tolist()) for light in scene.lights if _is_a_point(light)}
+    for number, sensor in enumerate(scene.sensors, start=1):
+        if sensor.position in places:
+            raise InputError(
+                f"sensor {number}", f"{sensor.position}, where a light is", "a place without a point light"
+            )
+
+
+def _is_a_point(light: Light) -> bool:
+    return not light.has_extent and not light.at_infinity
 
 
 def _ours(
@@ -177,7 +194,7 @@ def _rows(
         said: list[tuple[str, str]] = []
         if reference is not None and compared is not None:
             row |= _reference_entries(reference, k) | {"difference_interval": compared.ends(k)}
-            said.append(_excused(compared.said("Mitsuba", k), reference))
+            said.append(_excused(compared.said("Mitsuba", k), reference, k))
         elif why:
             row["reference"] = {"renderer": None, "notes": [why]}
         if k in of_expected and expected is not None:
@@ -210,7 +227,10 @@ def _reference_entries(reference: SensorReference, k: int) -> Row:
     }
 
 
-def _excused(said: tuple[str, str], reference: SensorReference) -> tuple[str, str]:
+def _excused(said: tuple[str, str], reference: SensorReference, k: int) -> tuple[str, str]:
     """Where Mitsuba may be wrong itself, a difference is none of ours."""
     word, reason = said
-    return ("undecided", f"{reason} ({reference.limits[0]})") if word == "differs" and reference.limits else said
+    limits = list(reference.limits)
+    if reference.too_close[k]:
+        limits.insert(0, "a surface is before it, closer than Mitsuba's shadow rays start")
+    return ("undecided", f"{reason} ({limits[0]})") if word == "differs" and limits else said

@@ -37,22 +37,22 @@ def _strata(sensors: int, samples: int, rng: np.random.Generator) -> Any:
     return mi.Point2f(((i + u) / side).ravel().astype(np.float32), ((j + v) / side).ravel().astype(np.float32))
 
 
-def _one_pass(scene: Any, place: Any, sensors: int, samples: int, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Mean (3, n), and the largest that one sample brings if nothing blocks (3, n)."""
+def _one_pass(scene: Any, place: Any, sensors: int, samples: int, rng: np.random.Generator) -> tuple[Array, ...]:
+    """Mean, and the mean and largest of what a sample brings if nothing blocks, (3, n) each."""
     strata = _strata(sensors, samples, rng)
     sample, bare = scene.sample_emitter_direction(place, strata, False)
     _, found = scene.sample_emitter_direction(place, strata, True)
     cosine = dr.maximum(dr.dot(mi.Vector3f(place.n), sample.d), 0)
     value, most = (np.array(weight * cosine, dtype=np.float64).reshape(3, sensors, -1) for weight in (found, bare))
-    return value.mean(axis=2), most.max(axis=2)
+    return value.mean(axis=2), most.mean(axis=2), most.max(axis=2)
 
 
 def sensors(job: dict[str, Any], folder: Path, progress: Callable[[int, int], None]) -> dict[str, Array]:
-    """``mean``, ``standard_error`` (3, n), and ``grain`` (3, n) of the job's sensors."""
+    """``mean``, ``standard_error``, ``unoccluded`` and ``grain`` (3, n) of the job's sensors."""
     description, passes = job["description"], job["passes"]
     position, normal = (np.array(job[name], dtype=np.float64) for name in ("position", "normal"))
     count, lights = position.shape[1], description["lights"]
-    means, grain = np.zeros((passes, 3, count)), np.zeros((3, count))
+    means, grain, bare = np.zeros((passes, 3, count)), np.zeros((3, count)), np.zeros((3, count))
     side = max(1, LANES // job["samples"])
     for number, light in enumerate(lights):
         scene = mi.load_dict(scene_dict(description, folder, (number,)))
@@ -63,10 +63,11 @@ def sensors(job: dict[str, Any], folder: Path, progress: Callable[[int, int], No
             part = slice(start, start + side)
             place = _places(position[:, part], normal[:, part], samples)
             for k in range(repeats):
-                mean, largest = _one_pass(scene, place, position[:, part].shape[1], samples, rng)
+                mean, free, largest = _one_pass(scene, place, position[:, part].shape[1], samples, rng)
                 means[slice(None) if delta else k, :, part] += mean
+                bare[:, part] += free / repeats
                 if not delta:
                     grain[:, part] = np.maximum(grain[:, part], largest / (samples * passes))
         progress(number + 1, len(lights))
     error = means.std(axis=0, ddof=1) / math.sqrt(passes)
-    return {"mean": means.mean(axis=0), "standard_error": error, "grain": grain}
+    return {"mean": means.mean(axis=0), "standard_error": error, "unoccluded": bare, "grain": grain}

@@ -15,7 +15,7 @@ from nusselt.renderer.mesh_files import Surface, find_inside, read_mesh_file
 from nusselt.renderer.scene import INTEGRATORS, Camera, Scene
 from nusselt.renderer.sensor import Sensor
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
-from nusselt.renderer.validation import Vec3
+from nusselt.renderer.validation import Vec3, parallel
 from nusselt.renderer.words import count
 
 from . import transforms
@@ -290,6 +290,8 @@ class SceneState:
     def sensor_grid(self, *v: float) -> None:
         """The middles of a parallelogram's cells, row by row along ab."""
         corner, ab, ac = (np.array(_vec(v[k:])) for k in (0, 3, 6))
+        if not ab.any() or not ac.any() or parallel(_vec(v[3:]), _vec(v[6:])):
+            raise InputError("sensorGrid ac", _vec(v[6:]), "an edge that spans a parallelogram with ab")
         sides = []
         for name, number in zip(("nab", "nac"), v[12:], strict=True):
             if number != int(number) or not 1 <= number <= MAX_SENSORS:

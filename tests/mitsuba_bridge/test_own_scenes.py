@@ -84,7 +84,6 @@ MESH = f'<shape type="obj"><string name="filename" value="leaf.obj"/>{REF_TWO}</
 FACETED = MESH.replace("leaf", "smooth").replace("/><ref", '/><boolean name="face_normals" value="true"/><ref')
 AWAY = '<translate x="1e6"/>'
 FAR = FLOOR.replace("</transform>", f"{AWAY}</transform>").format(REF)
-UNSAMPLED = POINT.replace("<point", '<float name="sampling_weight" value="0"/><point')
 SUN = (
     '<emitter type="directional"><transform name="to_world"><lookat origin="0,0,0" target="1,-2,0" up="0,0,1"/>'
     '</transform><rgb name="irradiance" value="1,1,1"/></emitter>'
@@ -102,6 +101,7 @@ OLD = (
 POINT = (
     '<emitter type="point"><point name="position" x="1" y="3" z="1"/><rgb name="intensity" value="1,2,3"/></emitter>'
 )
+UNSAMPLED = POINT.replace("<point", '<float name="sampling_weight" value="0"/><point')
 PATH = '<integrator type="path"><integer name="max_depth" value="5"/></integrator>'
 SKY = '<emitter type="envmap"><string name="filename" value="a.exr"/></emitter>'
 CHECKED = '<bsdf type="diffuse"><texture type="checkerboard" name="reflectance"/></bsdf>'

@@ -14,6 +14,7 @@ from nusselt.experiments.cli.main import main
 from nusselt.experiments.sensors.judge import against_expected, against_mitsuba
 from nusselt.experiments.sensors.rows import SensorQuestion, read
 from nusselt.mitsuba_bridge.sensors import SensorReference, sensors_by_mitsuba
+from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Exact
 from nusselt.renderer.image import read_sensors
 from nusselt.renderer.lights import DiskLight, PointLight, SunLight
@@ -43,6 +44,11 @@ def test_mitsuba_agrees_on_every_kind_of_light_behind_a_block():
     assert (np.abs(darker.value) > darker.half).any()
 
 
+def reference_of(mean, error, **more) -> SensorReference:
+    told = {"unoccluded": mean, "grain": 0 * error, "passes": 32, "samples": 32, "version": "", "variant": ""}
+    return SensorReference(mean, error, **told, limits=(), too_close=np.zeros(error.shape[1], dtype=bool), **more)
+
+
 def _times(reference: SensorReference, factor: float) -> SensorReference:
     return SensorReference(**{**vars(reference), "mean": factor * reference.mean})
 
@@ -57,7 +63,7 @@ def test_the_false_alarm_rate_is_the_one_declared_and_a_bias_is_found():
             ours = type(exact)(**{**vars(exact), "mean": passes.mean(axis=0), "variance": passes.var(axis=0, ddof=1)})
             theirs = exact.mean[:, 0] * (1 + 0.01 * rng.standard_normal((32, 3, len(SENSORS))))
             error = theirs.std(axis=0, ddof=1) / np.sqrt(32)
-            reference = SensorReference(theirs.mean(axis=0), error, 0 * error, 32, 32, "", "", ())
+            reference = reference_of(theirs.mean(axis=0), error)
             found = against_mitsuba(ours, 16, 1, reference, 0.0, 0.05)
             alarms[factor] += any(found.said("it", k)[0] == "differs" for k in range(len(SENSORS)))
     assert stats.binomtest(alarms[1.0], 2000, 0.05, alternative="greater").pvalue > LEVEL
@@ -113,3 +119,34 @@ def test_bad_questions_are_one_line(words, said, tmp_path, monkeypatch):
     assert result.exit_code == 2
     assert said in result.output
     assert result.output.strip().count("\n") == 0
+
+
+@pytest.mark.mitsuba
+def test_where_mitsubas_rays_start_beyond_a_surface_is_no_difference_of_ours(tmp_path):
+    """A millionth under a lamp, and in full shadow, where the reading is compared with the unblocked one."""
+    (tmp_path / "close.test").write_text(
+        "quadLight -.5 1 -.5  0 0 1  1 0 0  2 2 2\nvertex -3 .5 -3\nvertex 3 .5 -3\nvertex 3 .5 3\nvertex -3 .5 3\n"
+        "tri 0 1 2\ntri 0 2 3\nsensor 0 .999999 0  0 1 0\nsensor 0 0 0  0 1 0\nexpect 0 0 0 0\n"
+    )
+    result = CliRunner().invoke(main, ["sensors", str(tmp_path / "close.test"), "--json", str(tmp_path / "found.json")])
+    assert result.exit_code == 3, result.output
+    rows = json.loads((tmp_path / "found.json").read_text())["rows"]
+    assert [row["verdict"] for row in rows] == ["undecided", "agrees"]
+    assert "closer than Mitsuba's shadow rays start" in rows[0]["reason"]
+
+
+def test_each_channel_is_expected_as_well_as_it_is_known():
+    made = scene(floor(), lights=(PointLight((0.0, 1.0, 0.0), (100.0, 100.0, 2.0)),))
+    words = []
+    for expected in ((100.5, 100.5, 2.01), (100.0, 100.0, 1.0)):
+        sensors = (Sensor((0.0, 0.0, 0.0), UP, expected, 1.0),)
+        words.append(
+            against_expected(read_sensors(made.with_(sensors=sensors), Exact()), 1, sensors, 1e-3).said("", 0)[0]
+        )
+    assert words == ["agrees", "differs"]
+
+
+def test_a_sensor_at_a_point_light_is_refused():
+    made = scene(floor(), lights=(PointLight((0.0, 1.0, 0.0), (1.0, 1.0, 1.0)),))
+    with pytest.raises(InputError, match="sensor 1"):
+        read(made.with_(sensors=(Sensor((0.0, 1.0, 0.0), UP),)), SensorQuestion(mitsuba=False), command="")
