@@ -16,7 +16,7 @@ from .needs import Needs, Source
 from .scene import Scene
 from .shading import ShadingPoints
 from .validation import Vec3
-from .vectors import Floats, column, dot, frame
+from .vectors import Floats, column, dot, frame, unit
 
 
 @dataclass(frozen=True)
@@ -75,9 +75,16 @@ def _surface_changes(view: View, moved: View) -> Bools:
     return (a.surface != b.surface) | (hit & (jump | fold))
 
 
+AWAY = -1e-6
+"""Cosine below which a surface faces away from a light, wherever rounding moves the point: it is dark."""
+
+
 def _shadow_changes(source: Source, points: ShadingPoints, tolerance: Tolerance) -> Bools:
+    def way(position: Floats) -> Floats:
+        return random_beams(source.light, position, np.random.default_rng(0), 1, False)[0]
+
     def seen(position: Floats) -> Bools:
-        d, _ = random_beams(source.light, position, np.random.default_rng(0), 1, False)
+        d = way(position)
         return source.blockers.visible(position, points.ellipsoid, d, source.light.at_infinity, points.normal)[:, 0]
 
     here, growth = seen(points.position), tolerance.growth(points.position)
@@ -86,4 +93,4 @@ def _shadow_changes(source: Source, points: ShadingPoints, tolerance: Tolerance)
     for tangent in frame(points.normal):
         for slide in (growth * tolerance.slide * tangent, -growth * tolerance.slide * tangent):
             changed |= (seen(lifted + slide) != here) | (seen(points.position + slide) != here)
-    return changed
+    return changed & (dot(points.normal, unit(way(points.position)[:, :, 0])) > AWAY)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -99,17 +101,43 @@ def judged_against(
     supposed = renders if known else own_renders(scene, Area(samples=estimator.samples), rays)
     draws = estimator.samples if scene.spp == 1 else rays
 
-    def judged(weight: int) -> Against:
+    def judged(weight: int, quantiser: Quantiser | None = None) -> Against:
         noise = noise_of(scene, draws, seen, truth, supposed, least=1.0 if known else 0.0, weight=weight)
-        return _judged(scene, brought, raws, question, truth, seen, renders, noise)
+        said = brought if quantiser is None else replace(brought, quantiser=quantiser, rule_given=True)
+        return _judged(scene, said, raws, question, truth, seen, renders, noise)
 
     against = judged(1)
+    if against.verdict.word == "differs" and brought.quantiser.top and not brought.rule_given:
+        against = by_another_rule(against, partial(judged, 1))
     if against.verdict.word != "differs" or (len(scene.lights) < 2 and not _scatters(against.sides)):
         return against
     picked = judged(max(2, len(scene.lights)))
     low, high = picked.verdict.bias_interval
     explains = picked.verdict.word != "differs" and high - low < WIDE
     return picked if explains else against
+
+
+def by_another_rule(against: Against, judged: Callable[[Quantiser], Against]) -> Against:
+    """`undecided` where levels made by a rule that nobody named would not differ: half a level is seen so.
+
+    Parameters
+    ----------
+    judged : callable
+        The same images with another quantiser.
+    """
+    for rule in RULES:
+        if rule == against.quantiser.rule:
+            continue
+        other = judged(replace(against.quantiser, rule=rule))
+        if other.verdict.word != "differs":
+            reason = f"by levels of another rule it {WORDS[other.verdict.word]}: say --quantisation {rule}"
+            told = f"{reason} (by {against.quantiser.rule}: {against.verdict.reason})"
+            return replace(against, verdict=replace(against.verdict, word="undecided", reason=told, more=None))
+    return against
+
+
+WORDS = {"agrees": "agrees", "undecided": "would be undecided"}
+"""What a verdict that is none of "differs" is called."""
 
 
 def _scatters(sides: Sides) -> bool:

@@ -72,8 +72,10 @@ def against_mitsuba(
     """
     mean, variance = ours.mean[:, 0], ours.variance[:, 0] / passes
     noise = reference.standard_error**2
-    freedom = (variance + noise) ** 2 / np.maximum(
-        variance**2 / max(passes - 1, 1) + noise**2 / (reference.passes - 1), 1e-300
+    # Welch and Satterthwaite's; where no pass has seen any noise, the reference's passes.
+    parts = variance**2 / max(passes - 1, 1) + noise**2 / (reference.passes - 1)
+    freedom = np.divide(
+        (variance + noise) ** 2, parts, out=np.full(parts.shape, reference.passes - 1.0), where=parts > 0
     )
     # One of our samples brings what one of Mitsuba's does.
     more = reference.samples / (samples * passes) if variance.any() else 0.0

@@ -123,7 +123,7 @@ def test_bad_questions_are_one_line(words, said, tmp_path, monkeypatch):
 
 @pytest.mark.mitsuba
 def test_where_mitsubas_rays_start_beyond_a_surface_is_no_difference_of_ours(tmp_path):
-    """A millionth under a lamp, and in full shadow, where the reading is compared with the unblocked one."""
+    """A ten-thousandth under a lamp, and in full shadow, where the reading is compared with the unblocked one."""
     (tmp_path / "close.test").write_text(
         "quadLight -.5 1 -.5  0 0 1  1 0 0  2 2 2\nvertex -3 .5 -3\nvertex 3 .5 -3\nvertex 3 .5 3\nvertex -3 .5 3\n"
         "tri 0 1 2\ntri 0 2 3\nsensor 0 .999999 0  0 1 0\nsensor 0 0 0  0 1 0\nexpect 0 0 0 0\n"

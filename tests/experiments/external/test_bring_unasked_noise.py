@@ -53,3 +53,11 @@ def test_few_plain_pixels_beside_an_edge_do_not_speak_against_areas(seed):
     """Of 32 beside the lamp three differ: a tenth of them, but for chance."""
     case = Case(images=1, jittered=True)
     assert word("cornell", case, 0.01, seed=seed, width=64) == "undecided"
+
+
+@pytest.mark.parametrize("seed", [60000, 60034])
+def test_levels_of_another_rule_are_not_told_from_a_bias_of_half_a_level(seed):
+    """Nobody says how the levels were made, and the usual rules fit alike; a whole level is no rule's."""
+    case = Case(written="PNG int(256 x)", images=2)
+    assert word("open sun", case, 1e-3, seed=seed, width=64) == "undecided"
+    assert word("open sun", case, 1e-3, lambda image: 1.06 * image, seed=seed, width=64) == "differs"
