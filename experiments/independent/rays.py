@@ -29,7 +29,7 @@ def crossings(corners: Floats, o: Floats, d: Floats) -> tuple[Floats, Bools]:
     moment, edge = np.cross(corners, following), following - corners
     sides = np.concatenate((moment, edge), axis=2).reshape(-1, 6)
     lines = np.concatenate((d, np.cross(o, d, axis=0)))
-    side = (lines.T @ sides.T).reshape(d.shape[1], -1, 3)
+    side = (lines.T @ sides.T).reshape(d.shape[1], len(corners), 3)
     inside = np.asarray((side >= 0).all(axis=2) | (side <= 0).all(axis=2))
     normal = np.cross(edge[:, 0], edge[:, 1])
     height = np.einsum("ti,ti->t", normal, corners[:, 0]) - o.T @ normal.T
@@ -104,7 +104,7 @@ def trace(world: World, o: Floats, d: Floats) -> Hits:
         balls = np.where(low > NEAR, low, np.where(high > NEAR, high, np.inf))
     quads = [(number, *quad_crossing(light, o, d)) for number, light in enumerate(world.lights) if light.kind == "quad"]
     lights = [np.where(inside & (t > NEAR), t, np.inf) for _, t, inside in quads]
-    every = np.concatenate((near, balls.T, np.array(lights).reshape(-1, n).T, np.full((n, 1), np.inf)), axis=1)
+    every = np.concatenate((near, balls.T, np.array(lights).reshape(len(lights), n).T, np.full((n, 1), np.inf)), axis=1)
     first = every.argmin(axis=1)
     distance = every[np.arange(n), first]
     missed = ~np.isfinite(distance)

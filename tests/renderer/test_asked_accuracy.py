@@ -26,14 +26,14 @@ from nusselt.renderer.prepared import prepare
 SIDE = 32
 MEGABYTES = 300
 CHILD = """
-import resource
 from nusselt.experiments.studies.race.measure import racer
 from nusselt.experiments.studies.race.scenes import race_scene
 from nusselt.renderer.pixels import render_area
 
 scene = race_scene("bumpy-ball", 256)
 render_area(scene, racer(scene), tolerance=1e-2)
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
+status = dict(line.split(":", 1) for line in open("/proc/self/status"))
+print(int(status["VmHWM"].split()[0]) // 1024)
 """
 
 
