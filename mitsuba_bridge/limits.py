@@ -57,11 +57,14 @@ LIFTED = 5e-4
 """Share of a scene's half extent by which they may be lifted."""
 
 
+def farthest(geometry: Geometry) -> float:
+    """The largest coordinate of triangles' corners and ellipsoids' centres; 0 if there are none."""
+    return max(float(np.abs(v).max(initial=0.0)) for v in (geometry.a, geometry.center))
+
+
 def far_lifted(scene: Scene, half: float) -> list[str]:
     """A sentence if a scene that is not scaled is too small, or too far from the origin, for Mitsuba's shadow rays."""
-    geometry = build_geometry(scene)
-    farthest = max((float(np.abs(v).max(initial=0.0)) for v in (geometry.a, geometry.center)), default=0.0)
-    lift = LIFT * (1 + farthest)
+    lift = LIFT * (1 + farthest(build_geometry(scene)))
     if lift <= LIFTED * half:
         return []
     return [

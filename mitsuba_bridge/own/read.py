@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from nusselt.mitsuba_bridge.limits import farthest
 from nusselt.mitsuba_bridge.origin import content
 from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import look
@@ -98,6 +99,7 @@ def scene_of(root: Node, path: Path, as_diffuse: bool) -> Scene:
         name=path.stem,
         warnings=tuple(dict.fromkeys(notes)),
     )
+    _refuse_far(scene, path)
     scene = scene.with_(two_sided=_two_sided(scene, bodies, path))
     return scene.with_(origin=Origin(str(path.resolve()), tuple(node.index for node, _ in lights), content(scene)))
 
@@ -135,20 +137,27 @@ def _placed(root: Node) -> Iterator[tuple[Node, Floats]]:
                 yield member, shape.matrix()
 
 
+def _refuse_far(scene: Scene, path: Path) -> None:
+    """A scene so far from the origin that Mitsuba's numbers do not hold it."""
+    geometry = build_geometry(scene)
+    places = np.hstack((geometry.a, geometry.center))
+    if not places.size:
+        return
+    away, size = farthest(geometry), float(np.ptp(places, axis=1).max())
+    if away * SINGLE > 1e-5 * size > 0:
+        held = f"{size:.3g} units at {away:.3g} from the origin"
+        raise InputError("scene", held, "one near the origin: single precision does not hold this one", str(path))
+
+
 def _two_sided(scene: Scene, bodies: list[tuple[Mesh | Ellipsoid, OwnSurface]], path: Path) -> bool:
     """Whether surfaces reflect at their back. Ours do all or none: what counts is the backs that are seen."""
-    geometry = build_geometry(scene)
-    farthest = max((float(np.abs(v).max(initial=0.0)) for v in (geometry.a, geometry.center)), default=0.0)
-    size = float(np.ptp(np.hstack((geometry.a, geometry.center)), axis=1).max(initial=0.0))
-    if farthest * SINGLE > 1e-5 * size > 0:
-        held = f"{size:.3g} units at {farthest:.3g} from the origin"
-        raise InputError("scene", held, "one near the origin: single precision does not hold this one", str(path))
     kinds = [surface.two_sided for _, surface in bodies]
     if len(set(kinds)) < 2:
         return any(kinds)
     order = [s.two_sided for b, s in bodies if isinstance(b, Mesh)] + [
         s.two_sided for b, s in bodies if isinstance(b, Ellipsoid)
     ]
+    geometry = build_geometry(scene)
     x, y = pixel_centres(range(scene.width), range(scene.height))
     view = look(scene, geometry, x, y)
     seen = {order[k] for k in view.hits.surface[view.back].tolist()}

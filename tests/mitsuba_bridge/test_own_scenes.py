@@ -312,3 +312,8 @@ def test_a_camera_that_cuts_off_is_said_and_cuts_nothing(tmp_path):
     assert any("near_clip" in warning for warning in scene.warnings)
     answer = check(scene, Question(estimator="exact", margin=0.02), command="", references=References())
     assert answer.row["verdict"] == "agrees", answer.row["reason"]
+
+
+def test_a_scene_of_lights_alone_is_read(tmp_path):
+    (tmp_path / "empty.xml").write_text(file(sensor(), POINT))
+    assert load(str(tmp_path / "empty.xml")).meshes == ()
