@@ -130,14 +130,11 @@ def by_another_rule(against: Against, judged: Callable[[Quantiser], Against]) ->
             continue
         other = judged(replace(against.quantiser, rule=rule))
         if other.verdict.word != "differs":
-            reason = f"by levels of another rule it {WORDS[other.verdict.word]}: say --quantisation {rule}"
+            word = "agrees" if other.verdict.word == "agrees" else "would be undecided"
+            reason = f"by levels of another rule it {word}: say --quantisation {rule}"
             told = f"{reason} (by {against.quantiser.rule}: {against.verdict.reason})"
             return replace(against, verdict=replace(against.verdict, word="undecided", reason=told, more=None))
     return against
-
-
-WORDS = {"agrees": "agrees", "undecided": "would be undecided"}
-"""What a verdict that is none of "differs" is called."""
 
 
 def _scatters(sides: Sides) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 from collections.abc import Callable
@@ -181,7 +182,7 @@ def _rows(
     expected: Difference | None,
 ) -> list[Row]:
     error = np.sqrt(ours.variance[:, 0] / passes)
-    of_expected = [k for k, sensor in enumerate(scene.sensors) if sensor.expected is not None]
+    expecting = itertools.count()  # their differences stand in the sensors' order
     found = []
     for k, sensor in enumerate(scene.sensors):
         row = head | {
@@ -197,9 +198,9 @@ def _rows(
             said.append(_excused(compared.said("Mitsuba", k), reference, k))
         elif why:
             row["reference"] = {"renderer": None, "notes": [why]}
-        if k in of_expected and expected is not None:
-            number = of_expected.index(k)
-            row |= {"expected_reading": list(sensor.expected or ()), "expected_percent": sensor.percent}
+        if sensor.expected is not None and expected is not None:
+            number = next(expecting)
+            row |= {"expected_reading": list(sensor.expected), "expected_percent": sensor.percent}
             row["expected_interval"] = expected.ends(number)
             said.append(expected.said("expected", number))
         words = [word for word, _ in said]

@@ -48,18 +48,18 @@ def _interaction(case: dict[str, Any]) -> Any:
     return found
 
 
-def strata(samples: int, seed: int) -> Any:
-    """A point in each of ``samples`` cells of the unit square, pass after pass."""
+def strata(rows: int, samples: int, rng: np.random.Generator) -> Any:
+    """A point in each of ``samples`` cells of the unit square, row after row."""
     side = math.isqrt(samples)
     i, j = np.divmod(np.arange(samples), side)
-    u, v = np.random.default_rng(seed).random((2, PASSES, samples))
+    u, v = rng.random((2, rows, samples))
     return mi.Point2f(((i + u) / side).ravel().astype(np.float32), ((j + v) / side).ravel().astype(np.float32))
 
 
 def irradiance_at(case: dict[str, Any], samples: int, seed: int) -> NDArray[np.float64]:
     """Means of each pass."""
     scene, place = _light(case), _interaction(case)
-    sample, weight = scene.sample_emitter_direction(place, strata(samples, seed), True)
+    sample, weight = scene.sample_emitter_direction(place, strata(PASSES, samples, np.random.default_rng(seed)), True)
     cosine = dr.dot(mi.Vector3f(place.n), sample.d)
     dr.eval(weight, cosine)
     values = np.array(weight[0], dtype=np.float64) * np.maximum(np.array(cosine, dtype=np.float64), 0)

@@ -12,6 +12,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from .patch_irradiance import strata
 from .scene_dict import scene_dict
 
 LANES = 1 << 21
@@ -29,19 +30,11 @@ def _places(position: Array, normal: Array, samples: int) -> Any:
     return found
 
 
-def _strata(sensors: int, samples: int, rng: np.random.Generator) -> Any:
-    """One point in each of the cells of the unit square, for each sensor."""
-    side = math.isqrt(samples)
-    i, j = np.divmod(np.arange(samples), side)
-    u, v = rng.random((2, sensors, samples))
-    return mi.Point2f(((i + u) / side).ravel().astype(np.float32), ((j + v) / side).ravel().astype(np.float32))
-
-
 def _one_pass(scene: Any, place: Any, sensors: int, samples: int, rng: np.random.Generator) -> tuple[Array, ...]:
     """Mean, and the mean and largest of what a sample brings if nothing blocks, (3, n) each."""
-    strata = _strata(sensors, samples, rng)
-    sample, bare = scene.sample_emitter_direction(place, strata, False)
-    _, found = scene.sample_emitter_direction(place, strata, True)
+    at = strata(sensors, samples, rng)
+    sample, bare = scene.sample_emitter_direction(place, at, False)
+    _, found = scene.sample_emitter_direction(place, at, True)
     cosine = dr.maximum(dr.dot(mi.Vector3f(place.n), sample.d), 0)
     value, most = (np.array(weight * cosine, dtype=np.float64).reshape(3, sensors, -1) for weight in (found, bare))
     return value.mean(axis=2), most.mean(axis=2), most.max(axis=2)

@@ -7,10 +7,8 @@ import math
 import numpy as np
 
 from nusselt.renderer.scene import MAX_SIDE, Camera
-from nusselt.renderer.validation import Vec3
-from nusselt.renderer.vectors import Floats
 
-from .nodes import Node
+from .nodes import Node, triple
 
 SIZE = (768, 576)
 """Of a film that says none."""
@@ -31,13 +29,8 @@ def camera_of(sensor: Node) -> tuple[Camera, int, int]:
     if np.abs(axes.T @ axes - np.eye(3)).max() > 1e-6:
         raise sensor.refused("a sheared to_world", "one that turns, moves or scales: lookat does")
     origin, look, up = matrix[:3, 3], axes[:, 2], axes[:, 1]
-    camera = Camera(_triple(origin), _triple(origin + look), _triple(up), _fov_y(sensor, width, height))
+    camera = Camera(triple(origin), triple(origin + look), triple(up), _fov_y(sensor, width, height))
     return camera, width, height
-
-
-def _triple(values: Floats) -> Vec3:
-    x, y, z = values.tolist()
-    return x, y, z
 
 
 def _film(film: Node | None, sensor: Node) -> tuple[int, int]:

@@ -21,49 +21,42 @@ from nusselt.renderer.lights import (
 from nusselt.renderer.validation import Vec3
 from nusselt.renderer.vectors import Floats, Ints
 
-from .nodes import Node
+from .nodes import Node, triple
 from .shapes import FILES, ROUND, round_axes, triangles_of
 
 
-def _triple(values: Floats) -> Vec3:
-    x, y, z = np.asarray(values).tolist()
-    return x, y, z
-
-
-def _point(node: Node, matrix: Floats) -> Light:
+def _point(node: Node) -> Light:
     node.only("position", "to_world", "intensity", "sampling_weight")
     position = np.array(node.point("position", (0.0, 0.0, 0.0)))
     placed = position if "position" in node.properties else node.matrix()[:3, 3]
-    return PointLight(
-        _triple((matrix @ np.append(placed, 1))[:3]), node.colour("intensity", (1.0, 1.0, 1.0), emits=True)
-    )
+    return PointLight(triple(placed), node.colour("intensity", (1.0, 1.0, 1.0), emits=True))
 
 
-def _directional(node: Node, matrix: Floats) -> Light:
+def _directional(node: Node) -> Light:
     node.only("direction", "to_world", "irradiance", "sampling_weight")
     travel = node.matrix()[:3, 2] if "to_world" in node.properties else np.array(node.point("direction"))
     if "to_world" in node.properties and abs(math.hypot(*travel) - 1) > ROUND:
         raise node.refused("a to_world that scales", "one that turns alone: Mitsuba takes the light by its square")
-    return DirectionalLight(_triple(-(matrix[:3, :3] @ travel)), node.colour("irradiance", (1.0, 1.0, 1.0), emits=True))
+    return DirectionalLight(triple(-travel), node.colour("irradiance", (1.0, 1.0, 1.0), emits=True))
 
 
-def _spot(node: Node, matrix: Floats) -> Light:
+def _spot(node: Node) -> Light:
     """Its cone is about the z axis; the full intensity ends at three quarters of the cutoff unless said."""
     node.only("to_world", "intensity", "cutoff_angle", "beam_width", "sampling_weight")
     node.plain("texture")
-    placed, cutoff = matrix @ node.matrix(), node.number("cutoff_angle", 20.0)
+    placed, cutoff = node.matrix(), node.number("cutoff_angle", 20.0)
     begin, intensity = node.number("beam_width", 0.75 * cutoff), node.colour("intensity", (1.0, 1.0, 1.0), emits=True)
-    return SpotLight(_triple(placed[:3, 3]), _triple(placed[:3, 2]), cutoff, begin, intensity)
+    return SpotLight(triple(placed[:3, 3]), triple(placed[:3, 2]), cutoff, begin, intensity)
 
 
-def _constant(node: Node, matrix: Floats) -> Light:
+def _constant(node: Node) -> Light:
     node.only("radiance", "scale", "to_world", "sampling_weight")
     scale = node.number("scale", 1.0)
     r, g, b = node.colour("radiance", (1.0, 1.0, 1.0), emits=True)
     return SkyLight((scale * r, scale * g, scale * b))
 
 
-EMITTERS: dict[str, Callable[[Node, Floats], Light]] = {
+EMITTERS: dict[str, Callable[[Node], Light]] = {
     "point": _point,
     "directional": _directional,
     "spot": _spot,
@@ -72,13 +65,17 @@ EMITTERS: dict[str, Callable[[Node, Floats], Light]] = {
 """Lights that are no shapes, by plugin."""
 
 
+def _refuse_unsampled(node: Node) -> None:
+    if node.number("sampling_weight", 1.0) == 0:
+        raise node.refused("sampling_weight 0", "a weight above 0: such a light is never sampled")
+
+
 def light_of(node: Node) -> Light:
     """An emitter that is no shape."""
-    if node.properties.get("sampling_weight", ("", 1.0))[1] == 0:
-        raise node.refused("sampling_weight 0", "a weight above 0: such a light is never sampled")
+    _refuse_unsampled(node)
     if node.plugin not in EMITTERS:
         raise node.refused(node.plugin, f"{', '.join(EMITTERS)}, or area on a shape")
-    return EMITTERS[node.plugin](node, np.eye(4))
+    return EMITTERS[node.plugin](node)
 
 
 def area_light(shape: Node, emitter: Node, matrix: Floats) -> Light:
@@ -86,8 +83,7 @@ def area_light(shape: Node, emitter: Node, matrix: Floats) -> Light:
     if emitter.plugin != "area":
         raise emitter.refused(emitter.plugin, "area")
     emitter.only("radiance", "sampling_weight")
-    if emitter.number("sampling_weight", 1.0) == 0:
-        raise emitter.refused("sampling_weight 0", "a weight above 0: such a light is never sampled")
+    _refuse_unsampled(emitter)
     shape.holds("BSDF", "Emitter")
     if shape.plugin not in AREAS:
         raise shape.refused(f"{shape.plugin} with an emitter", f"a light that is a {' or '.join(AREAS)}")
@@ -105,7 +101,7 @@ def _quad(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
     ab, ac = 2 * matrix[:3, 0], 2 * matrix[:3, 1]
     if np.cross(ab, ac) @ _normal(shape, matrix) > 0:  # ours shines along -(ab x ac)
         ab, ac = ac, ab
-    return QuadLight(_triple(corner[:3]), _triple(ab), _triple(ac), radiance)
+    return QuadLight(triple(corner[:3]), triple(ab), triple(ac), radiance)
 
 
 def _disk(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
@@ -113,14 +109,14 @@ def _disk(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
     radius = math.hypot(*x)
     if abs(math.hypot(*y) / radius - 1) > ROUND or abs(x @ y) > ROUND * radius**2:
         raise shape.refused("an ellipse with an emitter", "a disk that is round")
-    return DiskLight(_triple(matrix[:3, 3]), _triple(_normal(shape, matrix)), radius, radiance)
+    return DiskLight(triple(matrix[:3, 3]), triple(_normal(shape, matrix)), radius, radiance)
 
 
 def _sphere(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
     if shape.flag("flip_normals"):
         raise shape.refused("flip_normals", "a ball that shines outwards")
     centre = matrix @ np.append(shape.point("center", (0.0, 0.0, 0.0)), 1.0)
-    return SphereLight(_triple(centre[:3]), round_axes(shape, matrix), radiance)
+    return SphereLight(triple(centre[:3]), round_axes(shape, matrix), radiance)
 
 
 def _mesh(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
@@ -128,14 +124,14 @@ def _mesh(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
     vertices, faces = triangles_of(shape)
     turned = faces[::-1] if shape.flag("flip_normals") else faces
     if faces.shape[1] == 1:
-        a, b, c = (_triple(vertices[:, k]) for k in turned[:, 0])
+        a, b, c = (triple(vertices[:, k]) for k in turned[:, 0])
         return TriangleLight(a, b, c, radiance)
     corner = _parallelogram(vertices, turned) if faces.shape[1] == 2 else None
     if corner is None:
         raise shape.refused(
             f"{faces.shape[1]} triangles with an emitter", "a triangle, or two that are a parallelogram"
         )
-    p, ab, ac = (_triple(v) for v in corner)
+    p, ab, ac = (triple(v) for v in corner)
     return QuadLight(p, ac, ab, radiance)  # ours shines along -(ab x ac)
 
 

@@ -74,7 +74,8 @@ def round_axes(shape: Node, matrix: Floats) -> float:
 
 def _sphere(shape: Node, matrix: Floats, material: Material) -> Ellipsoid:
     """Round by its own transform; an instance may stretch it."""
-    radius, own = round_axes(shape, shape.matrix()), shape.matrix()
+    own = shape.matrix()
+    radius = round_axes(shape, own)
     centre = matrix @ own @ np.append(shape.point("center", (0.0, 0.0, 0.0)), 1.0)
     x, y, z = centre[:3].tolist()
     a, b, c = (tuple(row) for row in (matrix[:3, :3] * radius).tolist())

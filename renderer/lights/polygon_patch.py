@@ -12,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nusselt.renderer.closed_forms.arc_lobe import EPS
-from nusselt.renderer.errors import InputError
+from nusselt.renderer.lobes import Lobe
 from nusselt.renderer.lobes.protocol import Contour
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, Ints, cross, dot
+
+from .lobe_sum import contour_of, lobe_sum
 
 _x, _w = np.polynomial.legendre.leggauss(6)
 NODES, WEIGHTS = (_x + 1) / 2, _w / 2
@@ -56,20 +58,12 @@ def polygon_patch(
     """
     heights = dot(points.normal[:, None], corners[:, :, None] - points.position[:, None])
     reached = facing & (heights.max(axis=0) > 0)
-    out, error = np.zeros_like(points.position), np.zeros_like(points.position)
-    for lobe in points.reflecting(glossy):
-        albedo = points.albedo(lobe)
-        k = np.flatnonzero(reached & (albedo > 0).any(axis=0))
-        if not k.size:
-            continue
-        if lobe.contour is None:
-            raise InputError(
-                lobe.title, f"over a {kind}", "a lobe with boundary integrals, or an estimator that samples"
-            )
-        value, bound = _integral(points.take(k), corners, lobe.contour)
-        out[:, k] += albedo[:, k] * (value / (2 * math.pi))
-        error[:, k] += albedo[:, k] * (bound / (2 * math.pi))
-    return out, np.divide(error, out, out=np.zeros_like(out), where=out > 1e-280).max(axis=0)
+
+    def share(lobe: type[Lobe], k: Ints) -> tuple[Floats, Floats]:
+        value, bound = _integral(points.take(k), corners, contour_of(lobe, kind))
+        return value / (2 * math.pi), bound / (2 * math.pi)
+
+    return lobe_sum(points, reached, glossy, share)
 
 
 def _integral(points: ShadingPoints, corners: Floats, contour: Contour) -> tuple[Floats, Floats]:

@@ -5,13 +5,13 @@ Reflected radiance = L sum albedo P, P a lobe's integral over the light's polygo
 
 from __future__ import annotations
 
-import numpy as np
-
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.lobes import Lobe
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats, Ints
 
 from .facing import faced_by
+from .lobe_sum import lobe_sum
 
 
 def quad_patch(points: ShadingPoints, corner: Floats, ab: Floats, ac: Floats, glossy: bool) -> tuple[Floats, Floats]:
@@ -35,18 +35,13 @@ def quad_patch(points: ShadingPoints, corner: Floats, ab: Floats, ac: Floats, gl
         If a lobe has no closed form.
     """
     facing = faced_by(corner, ab, ac, points.position)
-    out, error = np.zeros_like(points.position), np.zeros_like(points.position)
-    for kind in points.reflecting(glossy):
-        albedo = points.albedo(kind)
-        k = np.flatnonzero(facing & (albedo > 0).any(axis=0))
-        if not k.size:
-            continue
-        if kind.patch is None:
+
+    def share(lobe: type[Lobe], k: Ints) -> tuple[Floats, Floats]:
+        if lobe.patch is None:
             raise InputError(
-                kind.title, "over a parallelogram", "a lobe with a closed form, or an estimator that samples"
+                lobe.title, "over a parallelogram", "a lobe with a closed form, or an estimator that samples"
             )
-        value, bound = kind.patch(points, k, corner, ab, ac)
-        share = albedo[:, k] * value
-        out[:, k] += share
-        error[:, k] += share * bound
-    return out, np.divide(error, out, out=np.zeros_like(out), where=out > 1e-280).max(axis=0)
+        value, bound = lobe.patch(points, k, corner, ab, ac)
+        return value, value * bound
+
+    return lobe_sum(points, facing, glossy, share)

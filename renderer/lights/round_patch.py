@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from nusselt.renderer.closed_forms.circles.circles import EPS, CircleArcs
 from nusselt.renderer.closed_forms.circles.cones import ALL, Rounds
-from nusselt.renderer.errors import InputError
 from nusselt.renderer.lobes import Lobe
 from nusselt.renderer.lobes.protocol import Contour
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Floats, Ints, dot
+
+from .lobe_sum import contour_of, lobe_sum
 
 Seen = Callable[[ShadingPoints], tuple[Rounds, Floats]]
 """From n points to the light's cone as each sees it, and by how much (n,) rounding moves its rim, times the rim's
@@ -58,19 +59,12 @@ def round_patch(
     InputError
         If a lobe has no boundary integrals.
     """
-    out, error = np.zeros_like(points.position), np.zeros_like(points.position)
-    for lobe in points.reflecting(glossy):
-        albedo = points.albedo(lobe)
-        k = np.flatnonzero(reached & (albedo > 0).any(axis=0))
-        if k.size:
-            if lobe.contour is None:
-                raise InputError(
-                    lobe.title, f"over a {kind}", "a lobe with boundary integrals, or an estimator that samples"
-                )
-            value, bound = _integral(points.take(k), lobe, lobe.contour, seen)
-            out[:, k] += albedo[:, k] * (value / (2 * math.pi))
-            error[:, k] += albedo[:, k] * (bound / (2 * math.pi))
-    return out, np.divide(error, out, out=np.zeros_like(out), where=out > 1e-280).max(axis=0)
+
+    def share(lobe: type[Lobe], k: Ints) -> tuple[Floats, Floats]:
+        value, bound = _integral(points.take(k), lobe, contour_of(lobe, kind), seen)
+        return value / (2 * math.pi), bound / (2 * math.pi)
+
+    return lobe_sum(points, reached, glossy, share)
 
 
 def _integral(points: ShadingPoints, lobe: type[Lobe], contour: Contour, seen: Seen) -> tuple[Floats, Floats]:
