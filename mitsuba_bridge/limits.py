@@ -15,6 +15,7 @@ from nusselt.renderer.vectors import Bools, Floats, Ints, dot
 
 from .distance import Triangle, between_triangles, distance_to_triangles, from_ellipsoid
 from .lights import cover, rounding
+from .tolerance import LIFT
 
 CLOSE = 1e-3
 """Blockers closer to a light than this share of the shadow ray's length are ignored by Mitsuba 3.9."""
@@ -51,8 +52,6 @@ def close_blockers(scene: Scene, points: Floats, half: float) -> list[str]:
     return notes
 
 
-LIFT = 8.94e-5
-"""Mitsuba 3.9 lifts shadow rays by this times 1 + max|p|."""
 LIFTED = 5e-4
 """Share of a scene's half extent by which they may be lifted."""
 

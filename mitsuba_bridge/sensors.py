@@ -19,10 +19,10 @@ from nusselt.renderer.vectors import Bools, Floats
 from nusselt.renderer.visibility.segments import Blockers
 
 from .description import describe
-from .limits import LIFT
 from .llvm import Backend, backend
 from .process import ReferenceUnavailable
 from .reference import ask
+from .tolerance import LIFT
 
 PASSES = 32
 

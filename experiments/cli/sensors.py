@@ -13,7 +13,8 @@ from nusselt.experiments.check.request import Reading
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.tables import console
-from nusselt.experiments.sensors.rows import SensorQuestion, read
+from nusselt.experiments.sensors.question import SensorQuestion
+from nusselt.experiments.sensors.rows import read
 from nusselt.experiments.sensors.table import sensor_table
 from nusselt.experiments.terminal.options import json_option, reading_options, seed_option
 from nusselt.experiments.terminal.progress import progress_bar

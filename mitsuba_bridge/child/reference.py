@@ -15,13 +15,11 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from nusselt.mitsuba_bridge.lights import SHAPES
-
 from . import passes, scalar_passes
-from .own_scene import own_scene
 from .passes import Array
 from .sample_plan import PILOT, SIZES, OnePass, Pilot, Plan, pilot, plan, unseen
 from .scene_dict import scene_dict
+from .switches import Switches
 
 tracing: Any = scalar_passes if str(mi.variant()).startswith("scalar") else passes
 
@@ -38,7 +36,7 @@ def reference(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str
     deadline = time.monotonic() + job["seconds"]
     description, seed = job["description"], job["seed"]
     width, height = description["camera"]["width"], description["camera"]["height"]
-    switches = _Switches(job, folder)
+    switches = Switches(description, folder, job.get("own"))
     # Unoptimised: loading merges meshes of one material, and their names with them.
     dark = switches.scene if switches.own else mi.load_dict(scene_dict(description, folder, ()), optimize=False)
     camera = tracing.Camera(dark, width, height, description["boxed"])
@@ -149,47 +147,11 @@ def _groups(lights: list[dict[str, Any]], boxed: bool) -> list[tuple[int, ...]]:
     return [*(tuple(wide[k::MOST_APART]) for k in range(MOST_APART)), *alone]
 
 
-class _Switches:
-    """The scene with all its lights, of which some are on: the others are black, and never sampled.
-
-    The same bits as a scene with these lights alone, and no scene, nor kernel (0.4 to 1.4 s), for each.
-    """
-
-    def __init__(self, job: dict[str, Any], folder: Path) -> None:
-        description, own = job["description"], job.get("own")
-        self.description, self.own = description, own is not None
-        self.all = self.lit = tuple(range(len(description["lights"])))
-        if own is not None:
-            self.scene = own_scene(own, (description["camera"]["width"], description["camera"]["height"]))
-        else:
-            self.scene = mi.load_dict(scene_dict(description, folder, self.all))
-        self.values = mi.traverse(self.scene) if len(self.all) > 1 else {}
-        names = [f"{self._body(k)}.radiance.value" for k in self.all]
-        self.radiance = {name: type(self.values[name])(self.values[name]) for name in names if name in self.values}
-
-    def _body(self, number: int) -> str:
-        kind = self.description["lights"][number]["kind"]
-        return f"light{number}.emitter" if kind in SHAPES else f"light{number}"
-
-    def lighting(self, lit: tuple[int, ...]) -> Any:
-        """The scene with these lights on."""
-        for number in set(self.lit) ^ set(lit):
-            body, on = self._body(number), number in lit
-            self.values[f"{body}.sampling_weight"] = float(on)
-            radiance = self.radiance.get(f"{body}.radiance.value")
-            if radiance is not None:
-                self.values[f"{body}.radiance.value"] = radiance if on else type(radiance)(0.0)
-        if self.lit != lit:
-            self.values.update()
-            self.lit = lit
-        return self.scene
-
-
 class _Lit:
     """The scene with a light on, or some."""
 
     def __init__(
-        self, switches: _Switches, camera: Any, number: int, lit: tuple[int, ...], shaded: Array, seed: int
+        self, switches: Switches, camera: Any, number: int, lit: tuple[int, ...], shaded: Array, seed: int
     ) -> None:
         self.switches, self.lit = switches, lit
         self.camera, self.number, self.shaded, self.seed = camera, number, shaded, seed

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .patch_irradiance import strata
-from .scene_dict import scene_dict
+from .switches import Switches
 
 LANES = 1 << 21
 """Samples traced at once."""
@@ -47,8 +47,9 @@ def sensors(job: dict[str, Any], folder: Path, progress: Callable[[int, int], No
     count, lights = position.shape[1], description["lights"]
     means, grain, bare = np.zeros((passes, 3, count)), np.zeros((3, count)), np.zeros((3, count))
     side = max(1, LANES // job["samples"])
+    switches = Switches(description, folder)
     for number, light in enumerate(lights):
-        scene = mi.load_dict(scene_dict(description, folder, (number,)))
+        scene = switches.lighting((number,))
         delta = "radiance" not in light  # one sample settles it
         samples, repeats = (1, 1) if delta else (job["samples"], passes)
         rng = np.random.default_rng(np.random.SeedSequence(job["seed"], spawn_key=(number,)))

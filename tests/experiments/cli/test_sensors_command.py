@@ -12,7 +12,8 @@ from scipy import stats
 
 from nusselt.experiments.cli.main import main
 from nusselt.experiments.sensors.judge import against_expected, against_mitsuba
-from nusselt.experiments.sensors.rows import SensorQuestion, read
+from nusselt.experiments.sensors.question import SensorQuestion
+from nusselt.experiments.sensors.rows import read
 from nusselt.mitsuba_bridge.sensors import SensorReference, sensors_by_mitsuba
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Exact
