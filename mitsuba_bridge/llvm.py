@@ -7,7 +7,6 @@ newest first, each tried with a render; when none works, `scalar_rgb` does the d
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import sys
@@ -18,7 +17,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from .process import ReferenceUnavailable, run_child
+from .process import ReferenceUnavailable
+from .standing import run_job
 
 OLDEST = 16
 PROOF_SECONDS = 120.0
@@ -90,11 +90,7 @@ def prove(variant: str, llvm: Path | None, timeout: float = PROOF_SECONDS) -> di
         With what became of the child.
     """
     with tempfile.TemporaryDirectory(prefix="nusselt-") as folder:
-        job = Path(folder) / "job.json"
-        job.write_text(json.dumps({"task": "proof", "variant": variant}), encoding="utf-8")
-        return run_child(
-            ["-m", "nusselt.mitsuba_bridge.child.worker", str(job), str(Path(folder) / "out.npz")], llvm, timeout
-        )
+        return run_job({"task": "proof"}, Path(folder), variant, llvm, timeout)[0]
 
 
 def find_backend(candidates: list[tuple[str, Path]] | None = None) -> Backend:

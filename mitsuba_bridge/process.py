@@ -11,13 +11,16 @@ import subprocess
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 Progress = Callable[[int, int], None]
-KEPT = 4000
-"""Characters of the child's last words that are kept."""
+IDLE = 60.0
+"""Seconds without a job after which a child ends."""
+KEPT = 50
+"""Lines of the child's last words that are kept."""
 
 
 class ReferenceUnavailable(RuntimeError):
@@ -32,23 +35,8 @@ def environment(llvm: Path | None) -> dict[str, str]:
     return kept
 
 
-def _pump(stream: Any, lines: queue.Queue[str | None]) -> None:
-    with contextlib.suppress(ValueError, OSError):
-        for line in stream:
-            lines.put(line)
-    lines.put(None)
-
-
-def end(process: subprocess.Popen[str]) -> None:
-    """Kill a child and everything it started."""
-    with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, signal.SIGKILL)
-    with contextlib.suppress(subprocess.TimeoutExpired):
-        process.wait(10)
-
-
-def _fate(code: int, words: str) -> str:
-    last = [line.strip() for line in words.splitlines() if line.strip()]
+def _fate(code: int, words: list[str]) -> str:
+    last = [line.strip() for line in words if line.strip()]
     said = f": {last[-1][:300]}" if last else ""
     if code < 0:
         try:
@@ -58,10 +46,8 @@ def _fate(code: int, words: str) -> str:
     return f"Mitsuba's process ended with status {code}{said}"
 
 
-def run_child(
-    arguments: list[str], llvm: Path | None, timeout: float, progress: Progress | None = None
-) -> dict[str, Any]:
-    """Run a Python module in a child and return the last JSON object it printed.
+class Child:
+    """A Python process that is told things in lines, and answers in lines of JSON.
 
     Parameters
     ----------
@@ -69,80 +55,100 @@ def run_child(
         For the interpreter.
     llvm : Path or None
         The LLVM library it is to use.
-    timeout : float
-        Seconds, for all of it.
-    progress : callable, optional
-        Called for each line {"done": d, "total": t} the child prints.
 
     Raises
     ------
     ReferenceUnavailable
-        If it cannot be started, aborts, takes too long, or prints no result.
+        If it cannot be started.
     """
-    try:
-        process = subprocess.Popen(
-            [sys.executable, *arguments],
-            env=environment(llvm),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-            errors="replace",
-            start_new_session=True,
-        )
-    except OSError as error:
-        raise ReferenceUnavailable(f"no process for Mitsuba could be started ({error.strerror})") from error
-    lines: queue.Queue[str | None] = queue.Queue()
-    words: queue.Queue[str | None] = queue.Queue()
-    for stream, sink in ((process.stdout, lines), (process.stderr, words)):
-        threading.Thread(target=_pump, args=(stream, sink), daemon=True).start()
-    try:
-        result = _listen(process, lines, time.monotonic() + timeout, timeout, progress)
-        code = process.wait(10)
-    except subprocess.TimeoutExpired:
-        raise ReferenceUnavailable("Mitsuba's process finished and did not end") from None
-    finally:
-        end(process)
-    if code != 0:
-        raise ReferenceUnavailable(_fate(code, _drain(words)))
-    if result is None:
-        raise ReferenceUnavailable("Mitsuba's process ended without a result")
-    return result
 
-
-def _listen(
-    process: subprocess.Popen[str],
-    lines: queue.Queue[str | None],
-    deadline: float,
-    timeout: float,
-    progress: Progress | None,
-) -> dict[str, Any] | None:
-    result = None
-    while True:
+    def __init__(self, arguments: list[str], llvm: Path | None) -> None:
         try:
-            line = lines.get(timeout=max(0.0, deadline - time.monotonic()))
-        except queue.Empty:
-            told = f"Mitsuba took more than {timeout:g} s and was ended: a longer --timeout gives it more"
-            raise ReferenceUnavailable(told) from None
-        if line is None:
-            return result
+            self.process = subprocess.Popen(
+                [sys.executable, *arguments],
+                env=environment(llvm),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+                encoding="utf-8",
+                errors="replace",
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise ReferenceUnavailable(f"no process for Mitsuba could be started ({error.strerror})") from error
+        self._lines: queue.Queue[str | None] = queue.Queue()
+        self._words: deque[str] = deque(maxlen=KEPT)
+        threading.Thread(target=self._read, daemon=True).start()
+        self._hearing = threading.Thread(target=self._hear, daemon=True)
+        self._hearing.start()
+
+    def _read(self) -> None:
+        with contextlib.suppress(ValueError, OSError):
+            for line in self.process.stdout or ():
+                self._lines.put(line)
+        self._lines.put(None)
+
+    def _hear(self) -> None:
+        with contextlib.suppress(ValueError, OSError):
+            self._words.extend(self.process.stderr or ())
+
+    def tell(self, line: str) -> bool:
+        """Tell it something; whether it could hear it."""
         try:
-            told = json.loads(line)
-        except ValueError:
-            continue  # a library's own chatter
-        if not isinstance(told, dict):
-            continue
-        if {"done", "total"} <= told.keys():
-            if progress is not None:
-                progress(int(told["done"]), int(told["total"]))
-        else:
-            result = told
+            print(line, file=self.process.stdin, flush=True)
+        except OSError:
+            return False
+        return True
 
+    def answer(self, timeout: float, progress: Progress | None = None) -> dict[str, Any]:
+        """The next JSON object it prints that is no progress.
 
-def _drain(words: queue.Queue[str | None]) -> str:
-    found: list[str] = []
-    with contextlib.suppress(queue.Empty):
-        while (line := words.get(timeout=1.0)) is not None:
-            found.append(line)
-    return "".join(found)[-KEPT:]
+        Parameters
+        ----------
+        timeout : float
+            Seconds.
+        progress : callable, optional
+            Called for each line {"done": d, "total": t} until then.
+
+        Raises
+        ------
+        ReferenceUnavailable
+            If it aborts, takes too long, or ends without one.
+        """
+        deadline = time.monotonic() + timeout
+        while True:
+            try:
+                line = self._lines.get(timeout=max(0.0, deadline - time.monotonic()))
+            except queue.Empty:
+                told = f"Mitsuba took more than {timeout:g} s and was ended: a longer --timeout gives it more"
+                raise ReferenceUnavailable(told) from None
+            if line is None:
+                raise ReferenceUnavailable(self._end_of_it())
+            with contextlib.suppress(ValueError):  # a library's own chatter
+                said = json.loads(line)
+                if not isinstance(said, dict):
+                    continue
+                if not {"done", "total"} <= said.keys():
+                    return said
+                if progress is not None:
+                    progress(int(said["done"]), int(said["total"]))
+
+    def _end_of_it(self) -> str:
+        try:
+            code = self.process.wait(10)
+        except subprocess.TimeoutExpired:
+            return "Mitsuba's process said no more and did not end"
+        self._hearing.join(1.0)
+        return _fate(code, list(self._words)) if code else "Mitsuba's process ended without a result"
+
+    def end(self) -> None:
+        """Kill it and everything it started."""
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(self.process.pid, signal.SIGKILL)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.process.wait(10)
+        for stream in (self.process.stdin, self.process.stdout, self.process.stderr):
+            with contextlib.suppress(OSError):
+                if stream is not None:
+                    stream.close()

@@ -131,7 +131,7 @@ def run_race(
             "seed": seed,
             "longest": longest,
         }
-        arrays, told = ask(job, folder, running, timeout, progress)
+        arrays, told = ask(job, folder, running, timeout, progress, fresh=True)
     laps = [
         Lap(way, samples, float(arrays["seconds"][i, j]), float(arrays["errors"][i, j]))
         for i, (way, samples_of) in enumerate(zip(ways, sizes_of, strict=True))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import tempfile
 import time
@@ -21,7 +20,8 @@ from nusselt.renderer.vectors import Bools, Floats
 from .description import describe
 from .llvm import Backend, backend
 from .origin import own_file
-from .process import ReferenceUnavailable, run_child
+from .process import ReferenceUnavailable
+from .standing import run_job
 from .ties import tied
 
 TIME = 0.8
@@ -144,18 +144,16 @@ def ask(
     running: Backend,
     timeout: float,
     progress: Callable[[int, int], None] | None = None,
+    fresh: bool = False,
 ) -> tuple[dict[str, Floats], dict[str, Any]]:
-    """Have a child do a job: its arrays, and what it ran with.
+    """Have a child do a job, see `run_job`: its arrays, and what it ran with.
 
     Raises
     ------
     ReferenceUnavailable
         If it fails, or its arrays cannot be read.
     """
-    job_file, out_file = folder / "job.json", folder / "out.npz"
-    job_file.write_text(json.dumps({**job, "variant": running.variant}), encoding="utf-8")
-    arguments = ["-m", "nusselt.mitsuba_bridge.child.worker", str(job_file), str(out_file)]
-    told = run_child(arguments, running.llvm, timeout, progress)
+    told, out_file = run_job(job, folder, running.variant, running.llvm, timeout, progress, fresh)
     try:
         with np.load(out_file, allow_pickle=False) as archive:
             arrays: dict[str, Floats] = {k: np.asarray(archive[k], dtype=np.float64) for k in archive.files}

@@ -36,6 +36,11 @@ def llvm_version() -> str | None:
     return ".".join(map(str, dr.detail.llvm_version())) if str(mi.variant()).startswith("llvm") else None
 
 
+def forget() -> None:
+    """Give back the memory that the last job left."""
+    dr.flush_malloc_cache()
+
+
 def proof(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Array]:
     """A real render with minima and maxima in it: what a broken LLVM aborts on."""
     scene = mi.load_dict(

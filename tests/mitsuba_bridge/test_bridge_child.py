@@ -17,7 +17,7 @@ from builders import floor, lamp, scene
 from nusselt.mitsuba_bridge import llvm
 from nusselt.mitsuba_bridge import reference as reference_module
 from nusselt.mitsuba_bridge.llvm import Backend, backend, find_backend, system_libraries, version_of
-from nusselt.mitsuba_bridge.process import ReferenceUnavailable, run_child
+from nusselt.mitsuba_bridge.process import Child, ReferenceUnavailable
 from nusselt.mitsuba_bridge.reference import GlossyNeedsLLVM, render_reference
 from nusselt.renderer.lights import DirectionalLight, SunLight
 from nusselt.renderer.scene import Camera
@@ -28,8 +28,12 @@ pytestmark = pytest.mark.mitsuba
 SUNNY = DirectionalLight((0.3, 1.0, 0.2), (1.0, 2.0, 3.0))
 
 
-def python(code: str, timeout: float = 20.0, progress=None):
-    return run_child(["-c", code], None, timeout, progress)
+def python(code: str, *arguments: str, timeout: float = 20.0, progress=None, library=None):
+    child = Child(["-c", code, *arguments], library)
+    try:
+        return child.answer(timeout, progress)
+    finally:
+        child.end()
 
 
 def test_an_abort_is_named():
@@ -78,7 +82,7 @@ time.sleep(600)
 def test_a_hanging_child_is_killed_with_all_it_started(tmp_path):
     before = time.monotonic()
     with pytest.raises(ReferenceUnavailable, match=r"more than 1\.5 s"):
-        run_child(["-c", NEST, str(tmp_path / "pids")], None, 1.5)
+        python(NEST, str(tmp_path / "pids"), timeout=1.5)
     assert time.monotonic() - before < 10
     for pid in map(int, (tmp_path / "pids").read_text().split()):
         assert gone(pid)
@@ -87,8 +91,9 @@ def test_a_hanging_child_is_killed_with_all_it_started(tmp_path):
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
 def test_ctrl_c_kills_the_child(tmp_path):
     parent = (
-        "import sys; from nusselt.mitsuba_bridge.process import run_child;"
-        "run_child(['-c', sys.argv[1], sys.argv[2]], None, 60)"
+        "import sys; from nusselt.mitsuba_bridge.process import Child;"
+        "child = Child(['-c', sys.argv[1], sys.argv[2]], None)\n"
+        "try: child.answer(60)\nfinally: child.end()"
     )
     process = subprocess.Popen(
         [sys.executable, "-c", parent, NEST, str(tmp_path / "pids")],
@@ -144,11 +149,11 @@ def test_arrays_that_are_no_image_are_refused(monkeypatch, spoil, words):
     arrays["share"] = np.array(1.0)
     spoil(arrays)
 
-    def answer(arguments, *_):
-        np.savez(arguments[-1], **arrays)
-        return told()
+    def answer(job, folder, *_):
+        np.savez(folder / "out.npz", **arrays)
+        return told(), folder / "out.npz"
 
-    monkeypatch.setattr(reference_module, "run_child", answer)
+    monkeypatch.setattr(reference_module, "run_job", answer)
     made = scene(floor(), lights=(SUNNY,), size=(8, 6))
     fake = Backend("llvm_ad_rgb", None, "a fake")
     with pytest.raises(ReferenceUnavailable, match=words):
@@ -192,14 +197,14 @@ def test_a_garbage_library_is_passed_over(tmp_path):
 )
 def test_a_library_that_breaks_the_process_is_passed_over(monkeypatch, code, words):
     """As LLVM 15 does: the trivial kernels pass, and the first minimum aborts."""
-    real = llvm.run_child
+    real = llvm.run_job
 
-    def child(arguments, library, timeout, progress=None):
+    def job(given, folder, variant, library, timeout):
         if library is not None:
-            return real(["-c", code], None, min(timeout, 1.0), progress)
-        return real(arguments, library, timeout, progress)
+            return python(code, timeout=min(timeout, 1.0)), folder
+        return real(given, folder, variant, library, timeout)
 
-    monkeypatch.setattr(llvm, "run_child", child)
+    monkeypatch.setattr(llvm, "run_job", job)
     found = find_backend([("a trap", Path("libLLVM.so.15"))])
     assert found.variant == "scalar_rgb"
     assert found.llvm is None
@@ -210,7 +215,7 @@ def test_no_mitsuba_at_all_is_a_sentence(monkeypatch):
     def child(*_):
         raise ReferenceUnavailable("Mitsuba's process ended with status 1: No module named 'mitsuba'")
 
-    monkeypatch.setattr(llvm, "run_child", child)
+    monkeypatch.setattr(llvm, "run_job", child)
     with pytest.raises(ReferenceUnavailable, match="No module"):
         find_backend([])
 
@@ -238,7 +243,7 @@ def test_old_system_libraries_are_never_tried(tmp_path):
 
 def test_the_library_is_set_before_the_child_imports():
     code = "import os, json; print(json.dumps({'set': os.environ.get('DRJIT_LIBLLVM_PATH')}))"
-    assert run_child(["-c", code], Path("/some/lib"), 20)["set"] == "/some/lib"
+    assert python(code, library=Path("/some/lib"))["set"] == "/some/lib"
     assert python(code)["set"] is None
 
 
