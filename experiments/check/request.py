@@ -91,7 +91,7 @@ _ALL = frozenset(
     )
 )
 _KEPT = frozenset(("reference", "cache"))
-_OURS = _ALL | {"classic", "shadow_origin", "tolerance"}
+_OURS = _ALL | {"classic", "shadow_origin", "tolerance", "verbose"}
 _LEVELS = frozenset(("transfer", "quantisation", "noise"))
 _RUNS = frozenset(("renderer", "runs", "steps"))
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import click
+from rich.console import Console
 
 from nusselt.experiments.check.check import References, check
 from nusselt.experiments.check.question import Question, number_within
@@ -24,7 +25,9 @@ from nusselt.experiments.images.read import is_image
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.pictures import write_pictures
-from nusselt.experiments.results.tables import console, left_out_table, verdict_table
+from nusselt.experiments.results.rows import title
+from nusselt.experiments.results.schema import Row
+from nusselt.experiments.results.tables import closing, console, left_out_table, verdict_table
 from nusselt.experiments.scenes import catalogue
 from nusselt.experiments.scenes.catalogue import Asked
 from nusselt.experiments.terminal.options import (
@@ -37,11 +40,13 @@ from nusselt.experiments.terminal.options import (
     reading_options,
     said_in,
     sampling_options,
+    verbose_option,
 )
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.verdict.level import Level
 from nusselt.experiments.workers import PATIENCE, worker_pool
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.words import count
 
 from .check_options import (
     Judging,
@@ -108,6 +113,7 @@ def _read_all(asked: Sequence[Asked], said: Mapping[str, Any], reading: Reading,
 @judging_options
 @until_decided_options
 @output_options
+@verbose_option
 @cluster_option
 @exports_options
 @click.pass_context
@@ -124,6 +130,7 @@ def command(
     judging: Judging,
     until: UntilDecided,
     output: Output,
+    verbose: bool,
     exports: Exports,
     cluster: str | None,
 ) -> None:
@@ -155,14 +162,14 @@ def command(
     rows = _read_all(asked, said, reading, question)
     for one in rows:
         references.given(one.scene)  # refused before anything is rendered
-    sys.exit(run_checks(Checks(rows, references, until, output, exports, cluster), question.level.alpha))
+    sys.exit(run_checks(Checks(rows, references, until, output, exports, cluster), question.level.alpha, verbose))
 
 
 def _classic(classic: bool, estimators: tuple[str, ...]) -> list[Asked]:
     return [one for kind in estimators or (None,) for one in catalogue.classic(kind)] if classic else []
 
 
-def run_checks(checks: Checks, alpha: float) -> int:
+def run_checks(checks: Checks, alpha: float, verbose: bool = False) -> int:
     """Make every row; returns the exit status."""
     output, until = checks.output, checks.until
     number_within("budget", until.budget, 0, math.inf)
@@ -194,11 +201,20 @@ def run_checks(checks: Checks, alpha: float) -> int:
             save()
     if output.target == "-":
         write_json(document(rows, alpha=alpha), output.target)
+    _tell(rows, alpha, verbose, table)
+    return exit_code(rows)
+
+
+def _tell(rows: list[Row], alpha: float, verbose: bool, table: Console) -> None:
     table.print(verdict_table(rows, alpha, table.width))
-    table.print(left_out_table(rows))
+    if verbose:
+        table.print(left_out_table(rows))
+    else:
+        number = sum(len(row["left_out"]) for row in rows)
+        table.print(f"{count(number, 'thing')} left out, which no scene here needs; -v lists what and why")
     for row in rows:
         if row["verdict"] != "agrees":
-            table.print(f"{row['scene']}: {row['verdict']}: {row['reason']}\n  again: {row['command']}", markup=False)
+            table.print(f"{title(row)} {row['verdict']}: {row['reason']}\n  again: {row['command']}", markup=False)
         for warning in row["warnings"]:
             table.print(f"{row['scene']}: warning: {warning}", markup=False)
-    return exit_code(rows)
+    table.print(closing(rows), markup=False)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import click
 
-ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv", "cache", "cluster")
+ELSEWHERE = ("classic", "out", "target", "scenes", "summary", "junit", "csv", "cache", "cluster", "verbose")
 """Options of a check that no row depends on, here or from Python."""
 
 

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable
+
 from rich import box
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from nusselt.experiments.scenes.catalogue import CLASSIC
+
 from .columns import COLUMNS, Column
+from .rows import title
 from .schema import Row
 
 COLOURS = {"agrees": "green", "differs": "red", "undecided": "yellow"}
@@ -16,9 +22,10 @@ WIDE = 140
 
 
 def console(stderr: bool = False) -> Console:
-    """A console as wide as its terminal, or wide enough for every column where it is none."""
+    """A console as wide as its terminal or as COLUMNS says, or wide enough for every column where nothing is known."""
     found = Console(stderr=stderr, highlight=False)
-    return found if found.is_terminal else Console(stderr=stderr, highlight=False, width=WIDE)
+    known = found.is_terminal or os.environ.get("COLUMNS", "").isdigit()
+    return found if known else Console(stderr=stderr, highlight=False, width=WIDE)
 
 
 def _fixed(value: float, digits: int) -> str:
@@ -34,37 +41,68 @@ def _cell(column: Column, row: Row) -> str:
     return f"[{COLOURS[row['verdict']]}]{shown}[/]{mark}"
 
 
-def _further(row: Row) -> tuple[str, str, str]:
-    """The course's scores, what a right image gets, and seconds."""
-    stages = ("pilot", "ours", "reference", "expectations")
-    seconds = f"{sum(value for key, value in row['seconds'].items() if key in stages):.1f}"
+def _scores(row: Row) -> str:
     if row["course_expected"] is None:
-        return "", "", seconds
+        return ""
+    return f"{_fixed(row['course_bias'], 1)} / {_fixed(row['course_mse'], 2)}"
+
+
+def _expected_scores(row: Row) -> str:
+    if row["course_expected"] is None:
+        return ""
     low, high = row["course_expected"]["mse"]
-    scores = f"{_fixed(row['course_bias'], 1)} / {_fixed(row['course_mse'], 2)}"
-    return scores, f"{low:.2f} to {high:.2f}", seconds
+    return f"{low:.2f} to {high:.2f}"
+
+
+def _seconds(row: Row) -> str:
+    stages = ("pilot", "ours", "reference", "expectations")
+    return f"{sum(value for key, value in row['seconds'].items() if key in stages):.1f}"
 
 
 def verdict_table(rows: list[Row], alpha: float, width: int) -> Table:
-    """One line a row: what was asked, the bias and how sure, the noise, the course's scores."""
+    """One line a row: what was asked, the bias and how sure; where there is room the noise and the time.
+
+    Scenes of the course have its scores too.
+    """
     wide = width >= WIDE
-    table = Table(
-        box=box.SIMPLE,
-        title="Ours against Mitsuba's direct integrator",
-        caption="Bias and RMS in % of the reference's mean over shaded pixels; "
-        f"false-alarm rate {alpha:g} for the whole table. "
-        "finds: the smallest bias found with 99 % power. course: bias / variance in 8-bit levels.",
-    )
-    shown = [column for column in COLUMNS if wide or column.name not in ("estimator", "RMS")]
+    further: dict[str, Callable[[Row], str]] = {}
+    what = "Bias and RMS" if wide else "Bias"
+    notes = f"{what} in % of the reference's mean over shaded pixels; false-alarm rate {alpha:g} for the whole table."
+    notes += " finds: the smallest bias found with 99 % power."
+    if wide and any(row["scene"] in CLASSIC for row in rows):
+        further = {"course": _scores, "expected": _expected_scores}
+        notes += " course: bias / variance in 8-bit levels."
+    further |= {"seconds": _seconds} if wide else {}
+    # No more than a space between the columns of a narrow terminal.
+    room = {} if wide else {"padding": 0, "pad_edge": False}
+    table = Table(box=box.SIMPLE, title="Ours against Mitsuba's direct integrator", caption=notes, **room)  # type: ignore[arg-type]
+    shown = [column for column in COLUMNS if wide or column.name != "RMS"]
     for column in shown:
         name, justify = (f"{column.name} %", "right") if column.number else (column.name, "left")
         # A name that is too long for the terminal goes on below: cut off, it would be no name.
         table.add_column(name, justify=justify, no_wrap=column.number, overflow="fold")  # type: ignore[arg-type]
-    for name in ("course", "expected", "seconds") if wide else ():
+    for name in further:
         table.add_column(name, justify="right", no_wrap=True)
     for row in rows:
-        table.add_row(*(_cell(column, row) for column in shown), *(_further(row) if wide else ()))
+        table.add_row(*(_cell(column, row) for column in shown), *(cell(row) for cell in further.values()))
     return table
+
+
+VERBS = {
+    "agrees": ("agrees", "agree"),
+    "differs": ("differs", "differ"),
+    "undecided": ("is undecided", "are undecided"),
+}
+"""Of one row, and of several."""
+
+
+def closing(rows: list[Row]) -> str:
+    """One line for all of it: "14 of 16 agree; glossy area 25 differs; cornell exact is undecided"."""
+    names = {word: [title(row) for row in rows if row["verdict"] == word] for word in VERBS}
+    number = len(names.pop("agrees"))
+    parts = [f"{number} of {len(rows)} {VERBS['agrees'][number != 1]}"]
+    parts += [f"{', '.join(some)} {VERBS[word][len(some) > 1]}" for word, some in names.items() if some]
+    return "; ".join(parts)
 
 
 def left_out_table(rows: list[Row]) -> Table:

@@ -143,6 +143,7 @@ output_options = together(
     json_option,
 )
 
+verbose_option = click.option("-v", "--verbose", is_flag=True, help="List what each scene did not need, and why.")
 
 exports_options = together(
     Exports,

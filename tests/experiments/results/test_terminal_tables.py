@@ -1,0 +1,68 @@
+"""Verdicts in terminals of any usual width: no number is cut, and one line says it all."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+from nusselt.experiments.results.tables import closing, console, verdict_table
+
+
+def row(scene: str, verdict: str, bias: float) -> dict:
+    return {
+        "scene": scene,
+        "estimator": "area",
+        "samples": 25,
+        "stratified": True,
+        "claim": "unbiased",
+        "verdict": verdict,
+        "as_claimed": {"agrees": True, "differs": False, "undecided": None}[verdict],
+        "bias_relative": bias,
+        "bias_interval": [bias - 1e-3, bias + 1e-3],
+        "minimum_detectable_bias": 1.44e-3,
+        "rms_relative": 0.0473,
+        "course_expected": {"mse": [2.67, 2.93], "bias": [-0.1, 0.1]},
+        "course_bias": 0.01,
+        "course_mse": 2.8,
+        "seconds": {"ours": 51.6, "reference": 0.4},
+    }
+
+
+ROWS = [row("three-lights", "agrees", 1e-5), row("cornell-glossy", "differs", -0.1234), row("mine", "undecided", 2e-3)]
+
+
+def told(width: int, rows=ROWS) -> list[str]:
+    page = io.StringIO()
+    Console(file=page, width=width).print(verdict_table(rows, 1e-3, width))
+    return page.getvalue().splitlines()
+
+
+@pytest.mark.parametrize("width", [80, 100, 140])
+def test_names_and_numbers_are_whole(width):
+    lines = told(width)
+    assert max(map(len, lines)) <= width
+    (line,) = (line for line in lines if "cornell-glossy" in line)
+    for word in ("area 25", "differs", "-12.340", "-12.440 to -12.240", "0.144"):
+        assert word in line
+
+
+@pytest.mark.parametrize(("rows", "has"), [(ROWS, True), (ROWS[2:], False)], ids=["the course's", "one's own"])
+def test_scores_of_the_course_are_of_its_scenes(rows, has):
+    assert any("2.67 to 2.93" in line for line in told(140, rows)) is has
+
+
+def test_one_line_closes():
+    assert closing(ROWS[:1]) == "1 of 1 agrees"
+    one_of_each = "1 of 3 agrees; cornell-glossy area 25 stratified differs; mine area 25 stratified is undecided"
+    assert closing(ROWS) == one_of_each
+    assert closing(ROWS[1:2] * 2 + ROWS[:1] * 2) == (
+        "2 of 4 agree; cornell-glossy area 25 stratified, cornell-glossy area 25 stratified differ"
+    )
+
+
+@pytest.mark.parametrize(("said", "width"), [("80", 80), ("", 140), ("wide", 140)])
+def test_where_there_is_no_terminal_columns_are_as_said(monkeypatch, said, width):
+    monkeypatch.setenv("COLUMNS", said)
+    assert console().width == width
