@@ -1,11 +1,12 @@
-"""Rows of any experiment as a table in the terminal."""
+"""Rows of any experiment as tables in the terminal: what all rows share, and long sentences, once below them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from rich import box
+from rich.console import Group
 from rich.markup import escape
 from rich.table import Table
 
@@ -13,6 +14,14 @@ from .schema import Row
 
 HIDDEN = ("experiment", "command", "seed", "seconds")
 """The same in every row, or for machines."""
+LONG = 40
+"""Characters beyond which words stand below the table, and their number in it."""
+GAP, EDGES = 3, 2
+"""Between columns, and at the edges of a table."""
+KEYS = 24
+"""Characters at most of a column that says what a row is about; what is longer goes on below."""
+MOST_KEYS = 4
+"""Columns, at most, that say it."""
 
 
 def single(rows: Sequence[Row]) -> list[Row]:
@@ -29,15 +38,71 @@ def cell(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else escape(str(value))
 
 
-def table(rows: Sequence[Row], title: str) -> Table:
-    """One line a row."""
-    found = Table(box=box.SIMPLE, title=title)
-    names = [name for name in dict.fromkeys(n for row in single(rows) for n in row) if name not in HIDDEN]
+def table(rows: Sequence[Row], title: str, width: int = 140) -> Group:
+    """One line a row; columns that do not fit beside the others stand in a further table, with the first ones again."""
+    shown = [name for name in dict.fromkeys(n for row in single(rows) for n in row) if name not in HIDDEN]
+    columns = {name: [cell(row.get(name)) for row in rows] for name in shown}
+    shared = {name: cells[0] for name, cells in columns.items() if len(rows) > 1 and len(set(cells)) == 1}
+    columns = {name: cells for name, cells in columns.items() if name not in shared}
+    below, numbered = _of_all(shared), 0
+    for name, cells in columns.items():
+        if max(map(len, cells), default=0) > LONG:
+            sentences = {text: numbered + k for k, text in enumerate(dict.fromkeys(filter(None, cells)), start=1)}
+            numbered += len(sentences)
+            columns[name] = [f"({sentences[text]})" if text else "" for text in cells]
+            below += [f"({number}) {text}" for text, number in sentences.items()]
+    numbers = {n for n in columns if all(isinstance(row.get(n), (int, float, type(None))) for row in rows)}
+    parts: list[Any] = []
+    for names in _blocks(columns, numbers, width):
+        found = Table(box=box.SIMPLE, title=None if parts else title)
+        for name in names:
+            is_number, least = name in numbers, _width(name, columns[name], name in numbers) - GAP
+            head = name.replace("_", "\n") if is_number else _words(name)  # its cells are not to be cut: nor is it
+            justify = "right" if is_number else "left"
+            found.add_column(head, justify=justify, no_wrap=is_number, min_width=least, overflow="fold")  # type: ignore[arg-type]
+        for number, row in enumerate(rows):
+            style = "red" if row.get("as_claimed") is False else None
+            found.add_row(*(columns[name][number] for name in names), style=style)
+        parts.append(found)
+    return Group(*parts, *below)
+
+
+def _of_all(shared: dict[str, str]) -> list[str]:
+    """What every row has, in lines: sentences on lines of their own."""
+    brief = [f"{_words(name)} {value}" for name, value in shared.items() if 0 < len(value) <= LONG]
+    lines = [f"in every row: {'; '.join(brief)}"] if brief else []
+    return lines + [f"{_words(name)}: {value}" for name, value in shared.items() if len(value) > LONG]
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _width(name: str, cells: list[str], is_number: bool) -> int:
+    """Characters that a column needs."""
+    head, longest = max(map(len, _words(name).split())), max(map(len, cells))
+    return GAP + max(head, longest if is_number else min(longest, KEYS))
+
+
+def _distinct(columns: list[list[str]]) -> bool:
+    """Whether no two rows have the same cells in all of some columns."""
+    rows = list(zip(*columns, strict=True))
+    return bool(columns) and len(set(rows)) == len(rows)
+
+
+def _blocks(columns: dict[str, list[str]], numbers: set[str], width: int) -> Iterator[list[str]]:
+    """Names of the columns of each table: the first, that say which row it is, stand in each."""
+    keys: list[str] = []
+    while len(keys) < min(MOST_KEYS, len(columns)) and not _distinct([columns[name] for name in keys]):
+        keys.append(list(columns)[len(keys)])
+    names = list(columns)[len(keys) :]
+    sizes = {name: _width(name, cells, name in numbers) for name, cells in columns.items()}
+    fixed = sum(sizes[name] for name in keys)
+    block, used = list(keys), fixed
     for name in names:
-        numbers = all(isinstance(row.get(name), (int, float, type(None))) for row in rows)
-        # What is too long goes on below: cut off, it would be another name, another number.
-        found.add_column(name.replace("_", " "), justify="right" if numbers else "left", overflow="fold")
-    for row in rows:
-        cells = [cell(row.get(name)) for name in names]
-        found.add_row(*cells, style="red" if row.get("as_claimed") is False else None)
-    return found
+        if used + sizes[name] > width - EDGES and len(block) > len(keys):
+            yield block
+            block, used = list(keys), fixed
+        block.append(name)
+        used += sizes[name]
+    yield block

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from rich.table import Table
+from rich.console import RenderableType
 
 from nusselt.experiments.files import replacing
 from nusselt.experiments.results.document import document, exit_code, write_json
@@ -148,11 +148,11 @@ def run_experiments(experiments: Sequence[Experiment], request: Request) -> int:
     return exit_code([] if empty else rows)
 
 
-def _table(rows: list[Row], experiment: Experiment, width: int) -> Table:
+def _table(rows: list[Row], experiment: Experiment, width: int) -> RenderableType:
     """As the experiment wants it; else verdicts as `nusselt check` shows them, and other rows as they are."""
     if experiment.table:
-        found: Table = experiment.table(rows)
+        found: RenderableType = experiment.table(rows)
         return found
     if rows and all("bias_interval" in row for row in rows):
         return verdict_table(rows, Level().alpha, width)
-    return table(rows, f"{experiment.name}: {experiment.summary}")
+    return table(rows, f"{experiment.name}: {experiment.summary}", width)

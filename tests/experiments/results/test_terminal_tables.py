@@ -7,6 +7,7 @@ import io
 import pytest
 from rich.console import Console
 
+from nusselt.experiments.results.study_tables import table
 from nusselt.experiments.results.tables import closing, console, verdict_table
 
 
@@ -66,3 +67,39 @@ def test_one_line_closes():
 def test_where_there_is_no_terminal_columns_are_as_said(monkeypatch, said, width):
     monkeypatch.setenv("COLUMNS", said)
     assert console().width == width
+
+
+NOTE = "What is the same in every row, and long, is said but once."
+MEASURED = [
+    {"experiment": "made-up", "scene": scene, "rule": "area", "note": NOTE, "cause": cause}
+    | {f"figure_number_{k}": 1.23456 * k + number for k in range(9)}
+    for number, (scene, cause) in enumerate(
+        [("quad", ""), ("cornell-boxes", "a sentence that would take most of a table"), ("glossy", "x" * 50)]
+    )
+]
+
+
+@pytest.mark.parametrize("width", [80, 100, 140])
+def test_rows_of_experiments_keep_their_numbers_and_say_sentences_once(width):
+    page = io.StringIO()
+    Console(file=page, width=width).print(table(MEASURED, "made-up: rows", width))
+    said = page.getvalue()
+    assert max(map(len, said.splitlines())) <= width
+    for row in MEASURED:
+        assert all(f" {row[f'figure_number_{k}']:.4g} " in said for k in range(9))
+    assert said.count("in every row: rule area") == said.count("said but once") == 1
+    for number, cause in enumerate((MEASURED[1]["cause"], MEASURED[2]["cause"]), start=1):
+        assert said.count(f"({number}) {cause}") == 1
+    # Where columns need a second table, it says again what its rows are about.
+    assert said.count("cornell-boxes") == (1 if width == 140 else 2)
+
+
+def test_columns_are_repeated_until_rows_are_told_apart():
+    rows = [
+        {"scene": scene, "target": k} | {f"figure{n}": 0.1 * k + n for n in range(9)} for scene in "xy" for k in (1, 2)
+    ]
+    page = io.StringIO()
+    Console(file=page, width=60).print(table(rows, "made-up: rows", 60))
+    heads = [line.split() for line in page.getvalue().splitlines() if "scene" in line]
+    assert len(heads) > 1
+    assert all(head[:2] == ["scene", "target"] for head in heads)
