@@ -8,19 +8,28 @@ from pathlib import Path
 import click
 
 from nusselt.experiments.results.compare import compare
+from nusselt.experiments.results.compare.files import write
+from nusselt.experiments.terminal.places import Place
 
 
 @click.command()
 @click.argument("baseline", type=click.Path(path_type=Path), metavar="BASELINE.json")
-@click.argument("results", type=click.Path(path_type=Path), metavar="RESULTS.json")
+@click.argument("results", type=click.Path(path_type=Path), metavar="RESULTS.json...", nargs=-1, required=True)
 @click.option("--alpha", type=float, default=1e-3, show_default=True, help="Family-wise false-alarm rate.")
-def command(baseline: Path, results: Path, alpha: float) -> None:
+@click.option("--json", type=Place(), metavar="FILE", help="What was found as JSON.")
+@click.option("--junit", type=Place(), metavar="FILE", help="What was found as JUnit XML, a case a row.")
+@click.option("--summary", type=Place(), metavar="FILE", help="What was found as Markdown.")
+def command(baseline: Path, results: tuple[Path, ...], alpha: float, **files: Path | None) -> None:
     """What changed between two runs beyond their noise; 1 where anything is worse or missing. Time is told alone.
 
+    Of more runs than two, the oldest first, the one in which each figure changed.
+
     \b
-    nusselt compare baseline.json out/results.json
+    nusselt compare baseline.json out/results.json --summary changes.md --junit changes.xml
+    nusselt compare 2026-10.json 2026-11.json 2026-12.json
     """
-    found = compare(baseline, results, alpha)
+    found = compare(baseline, *results, alpha=alpha)
+    write(found, files)
     for line in found.lines():
         click.echo(line)
     sys.exit(found.status)

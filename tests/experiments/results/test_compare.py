@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import copy
 import json
+import re
 from dataclasses import dataclass
 from typing import ClassVar
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -15,7 +17,9 @@ from test_cli import run
 
 from nusselt.experiments.check.check import References, check
 from nusselt.experiments.check.question import Question
-from nusselt.experiments.results.compare import compare_rows, holm
+from nusselt.experiments.results.compare import compare_rows
+from nusselt.experiments.results.compare.figures import holm
+from nusselt.experiments.results.compare.history import history
 from nusselt.experiments.results.document import document, write_json
 from nusselt.experiments.verdict.intervals import error_of_mean
 from nusselt.renderer.estimators import Area
@@ -131,7 +135,8 @@ def test_time_is_told_and_never_judged():
     found = compare_rows(rows(), slow)
     assert not found.changes
     assert found.status == 0
-    assert "100.00 times the baseline's" in found.lines()[-1]
+    assert any("100.00 times the baseline's" in line for line in found.lines())
+    assert "quad-random area 16 stratified took 100.00 times as long" in found.lines()
 
 
 def test_rows_that_vanish_are_a_failure_and_new_ones_are_not():
@@ -200,7 +205,12 @@ def test_the_command_says_it_all_and_ends_as_it_should(tmp_path, monkeypatch):
     assert run("compare", old, old)[0] == 0
     status, said, _ = run("compare", old, new)
     assert status == 1
-    assert "quad-random area 16 stratified: variance: " in said
+    (line,) = (line for line in said.splitlines() if line.startswith("quad-random"))
+    told = re.search(r"variance \+([\d.]+) % \[([\d.]+), ([\d.]+)\], worse; mean square error \+", line)
+    assert told
+    share, low, high = map(float, told.groups())
+    assert low < share < high
+    assert low < 30 < high
     for content in ("", "[]", '{"schema": 1, "rows": 3}', '{"schema": 99, "rows": []}', json.dumps({"rows": []})):
         (tmp_path / "bad.json").write_text(content)
         status, said, error = run("compare", old, bad)
@@ -219,6 +229,72 @@ def test_rows_without_noise_of_their_own_were_not_tested():
     found = compare_rows([*bare, *rows()], [*bare, *rows()])
     assert found.status == 0
     assert found.lines()[:2] == [
-        "1 row could not be tested: no figure with its noise.",
         "Nothing changed beyond noise.",
+        "1 row could not be tested: no figure with its noise.",
     ]
+
+
+def test_a_bias_is_told_in_points_with_its_interval_and_the_command_again():
+    before, after = rows()[:1], copy.deepcopy(rows()[:1])
+    before[0]["bias_relative"], after[0]["bias_relative"] = 1e-4, 2.1e-3
+    after[0]["command"] = "nusselt check quad"
+    line, again, *_ = compare_rows(before, after).lines()
+    told = re.search(r"bias \+0\.010 % to \+0\.210 %, by \[\+(\d\.\d+), \+(\d\.\d+)\], worse", line)
+    assert told
+    assert float(told[1]) < 0.2 < float(told[2])
+    assert again == "  again: nusselt check quad"
+
+
+def test_what_other_programs_read(tmp_path):
+    names = [str(tmp_path / name) for name in ("old.json", "new.json")]
+    write_json(document(rows()), names[0])
+    later = [row | {"command": "nusselt check it"} for row in simulated(np.random.default_rng(6), 1.3)]
+    write_json(document(later[1:]), names[1])
+    files = {name: tmp_path / f"changes.{name}" for name in ("json", "junit", "summary")}
+    status, *_ = run("compare", *names, *(word for name, file in files.items() for word in (f"--{name}", str(file))))
+    assert status == 1
+    told = json.loads(files["json"].read_text())
+    assert {change["figure"] for change in told["changes"]} == {"variance", "mean square error"}
+    assert told["missing"] == ["quad area 16 stratified"]
+    suite = ElementTree.parse(files["junit"]).getroot()
+    failed = {case.get("name") for case in suite if case.find("failure") is not None}
+    assert failed == {"quad area 16 stratified", "quad-random area 16 stratified"}
+    assert (suite.get("failures"), suite.get("tests")) == ("2", str(len(CLASSIC)))
+    page = files["summary"].read_text()
+    assert page.startswith("## ❌ 2 rows are worse")
+    assert "nusselt check it" in page
+
+
+def runs(gains: list[float], seed: int) -> dict[str, list[dict]]:
+    rng = np.random.default_rng(seed)
+    return {f"run {number}": simulated(rng, gain) for number, gain in enumerate(gains)}
+
+
+def test_the_run_in_which_a_figure_changed_is_named():
+    """A tenth up in the fifth of nine runs, and down again in the eighth."""
+    found = history(runs([1.0] * 4 + [1.1] * 3 + [1.0] * 2, 8))
+    variance = [(run, change.worse) for run, change in found.steps if change.figure == "variance"]
+    assert variance == [("run 4", True), ("run 7", False)]
+    assert {change.row for _, change in found.steps} == {"quad-random area 16 stratified"}
+    assert found.status == 1
+    (drawn,) = (line for line in found.lines() if line.endswith("stratified: variance"))
+    assert max(drawn[:4]) < min(drawn[4:7]) > max(drawn[7:9])
+
+
+def test_runs_in_which_nothing_changed_have_no_step():
+    """200 histories of six null runs at 5 %: binomial upper bound at 1e-6."""
+    alarms = sum(bool(history(runs([1.0] * 6, 100 + k), 0.05).steps) for k in range(200))
+    assert alarms <= stats.binom.isf(FALSE_ALARM, 200, 0.05)
+    assert alarms > 0
+
+
+def test_many_files_are_a_history(tmp_path):
+    names = []
+    for number, (_, some) in enumerate(runs([1.0, 1.0, 1.2], 9).items()):
+        names.append(str(tmp_path / f"{number}.json"))
+        write_json(document(some), names[-1])
+    status, said, _ = run("compare", *names, "--summary", str(tmp_path / "page.md"))
+    assert status == 1
+    assert said.splitlines()[0].startswith(f"{names[2]}: quad-random area 16 stratified: ")
+    assert "2.json" in (tmp_path / "page.md").read_text().replace("\\", "")
+    assert run("compare", names[0], names[1], names[1])[0] == 2
