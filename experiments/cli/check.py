@@ -156,8 +156,7 @@ def command(
     if not asked:
         raise click.UsageError("name a scene file, a classic scene (see: nusselt list), or --classic")
     if external.renderer is not None or any(map(is_image, scenes)):
-        own = dataclasses.replace(question, level=Level(judging.alpha, 1))
-        task = ExternalCheck(scenes, estimator, own, external, reading, references, output, exports, cluster)
+        task = ExternalCheck(scenes, estimator, question, external, reading, references, output, exports, cluster)
         sys.exit(run_external(task, said, command))
     rows = _read_all(asked, said, reading, question)
     for one in rows:

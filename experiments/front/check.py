@@ -62,7 +62,7 @@ def check(
     run_timeout: float = 600.0,
     noise: Literal["any", "expected"] = "any",
 ) -> Results:
-    """Judge our image of each scene, or somebody's images or renderer of one, against the truth.
+    """Judge our image of each scene, or somebody's renderer of each or images of one, against the truth.
 
     Parameters
     ----------
@@ -122,12 +122,13 @@ def check(
     if images is None and renderer is None:
         with worker_pool(None, PATIENCE) as pool:
             return Results(tuple(_ours(row, references, pool) for row in rows), alpha, tuple(row.scene for row in rows))
-    if len(rows) != 1:
-        raise InputError("scenes", f"{len(scenes)} with {len(estimators)} estimators", "one scene, one estimator")
-    (row,) = rows
+    if len(estimators) > 1 or (images is not None and len(scenes) > 1):
+        given = f"{len(scenes)} with {len(estimators)} estimators"
+        raise InputError("scenes", given, "one scene with images of it, or scenes with a renderer; one estimator")
     with worker_pool(None, PATIENCE) as pool:
-        judging = Judging(row.question, external, again(row.given, row.said), references, pool)
-        return Results((_theirs(row, images, judging),), alpha, (row.scene,))
+        judgings = [Judging(row.question, external, again(row.given, row.said), references, pool) for row in rows]
+        theirs = tuple(_theirs(row, images, judging) for row, judging in zip(rows, judgings, strict=True))
+        return Results(theirs, alpha, tuple(row.scene for row in rows))
 
 
 @dataclass(frozen=True)

@@ -209,3 +209,28 @@ def test_estimators_that_are_none_are_status_2(name, room):
         assert status == 2
         assert len(error.strip().splitlines()) == 1
         assert "expected" in error
+
+
+COPY = "import sys, shutil; shutil.copy(sys.argv[1][:-5] + sys.argv[2] + '.npy', sys.argv[3])"
+"""Image number {seed} that lies beside {scene}, for {output}."""
+
+
+def test_several_scenes_are_a_row_each_and_one_that_cannot_be_drawn_stops_no_other(tmp_path):
+    names = []
+    for name, gain in (("bright", 1.0), ("broken", 0.0), ("dim", 0.9)):
+        (tmp_path / f"{name}.test").write_text(write_scene(ROOM))
+        names.append(tmp_path / f"{name}.test")
+        for seed in (1, 2) if gain else ():
+            image = gain * render(ROOM, Area(samples=64, stratified=True), seed=seed).mean
+            np.save(tmp_path / f"{name}{seed}.npy", image.transpose(1, 2, 0))
+    command = shlex.join([sys.executable, "-c", COPY, "{scene}", "{seed}", "{output}"])
+    told = ("--json", tmp_path / "results.json", "--junit", tmp_path / "cases.xml")
+    options = ("--runs", 2, "--steps", 1, "--image-type", ".npy", "--margin", 0.02, *told)
+    status, said, error = run("check", *names, "--renderer", command, *options)
+    assert status == 1
+    assert "nusselt: broken: " in error
+    rows = json.loads((tmp_path / "results.json").read_text())["rows"]
+    assert [(row["scene"], row["verdict"]) for row in rows] == [("bright", "agrees"), ("dim", "differs")]
+    assert all(str(name) in row["command"] for name, row in zip(names[::2], rows, strict=True))
+    assert said.splitlines()[-1] == "1 of 2 agrees; dim renderer 9 stratified differs; broken could not be drawn"
+    assert 'tests="2"' in (tmp_path / "cases.xml").read_text()
