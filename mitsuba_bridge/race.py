@@ -42,6 +42,8 @@ class Way:
         return f"{'emitter+BSDF' if self.bsdf_samples else 'emitter'}, {self.sampler}"
 
 
+AT_ONCE = 1 << 28
+"""Samples of one image that are traced at once: more, with their samplers' states, may not fit into memory."""
 WAYS = tuple(Way(sampler, n) for n in (0, 1) for sampler in ("multijitter", "independent", "ldsampler", "orthogonal"))
 DEFAULT = Way("independent", 1)
 """What Mitsuba does when it is not told otherwise."""
@@ -77,7 +79,7 @@ class Race:
 
 def ladder(way: Way, sizes: tuple[int, ...]) -> list[int]:
     """Samples a pixel that fill the sampler's pattern: orthogonal arrays have the square of a prime."""
-    primes = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67]
+    primes = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67, 89, 127]
     if way.sampler != "orthogonal":
         return list(sizes)
     return [min((p * p for p in primes), key=lambda square: abs(np.log(square / size))) for size in sizes]
@@ -92,6 +94,7 @@ def run_race(
     seed: int,
     ways: tuple[Way, ...] = WAYS,
     longest: float = 10.0,
+    enough: float = 0.0,
     timeout: float = 900.0,
     progress: Callable[[int, int], None] | None = None,
     running: Backend | None = None,
@@ -109,6 +112,8 @@ def run_race(
         Samples a pixel.
     longest : float
         Seconds that one image may be expected to take.
+    enough : float
+        Error from which no more samples are tried.
 
     Raises
     ------
@@ -130,6 +135,8 @@ def run_race(
             "sizes": sizes_of,
             "seed": seed,
             "longest": longest,
+            "enough": enough,
+            "at_once": AT_ONCE,
         }
         arrays, told = ask(job, folder, running, timeout, progress, fresh=True)
     laps = [

@@ -28,6 +28,7 @@ from nusselt.renderer.errors import InputError
 @click.argument("names", metavar="NAME...|all", nargs=-1, required=True)
 @click.option("--scenes", multiple=True, metavar="SCENE", help="Instead of the experiment's own; may be repeated.")
 @quick_option
+@click.option("--long", is_flag=True, help="Mitsuba's times measured where they are bounds: hours.")
 @seed_option
 @output_options
 @exports_options
@@ -38,6 +39,7 @@ def command(
     names: tuple[str, ...],
     scenes: tuple[str, ...],
     quick: bool,
+    long: bool,
     seed: int,
     output: Output,
     exports: Exports,
@@ -52,10 +54,13 @@ def command(
     nusselt run variance-table convergence --with my_module:Mine --out out
     """
     experiments = chosen(names, EXPERIMENTS)
-    settings = Settings(quick, seed, scenes, own=own_of(own.with_estimator, own.with_renderer))
+    settings = Settings(quick, seed, scenes, own=own_of(own.with_estimator, own.with_renderer), long=long)
     for experiment in experiments:
         if settings.own.words and not experiment.takes_own:
             takers = ", ".join(one.name for one in EXPERIMENTS if one.takes_own)
             raise InputError("experiment", experiment.name, f"one that looks at yours too: {takers}")
+        if long and (quick or not experiment.takes_long):
+            takers = ", ".join(one.name for one in EXPERIMENTS if one.takes_long)
+            raise InputError("long", True, f"it without --quick, of {takers}")
     request = Request(settings, cluster=cluster, **vars(output), **vars(exports))
     sys.exit(run_experiments(experiments, request))

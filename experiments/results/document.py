@@ -34,20 +34,30 @@ def package_versions() -> dict[str, str | None]:
     return found
 
 
-def _processor() -> str:
+WIDEST = {"avx512f": "AVX-512", "avx2": "AVX2", "asimd": "NEON"}
+"""Vectors of numbers, the widest first, by the flag that tells of them."""
+
+
+def _of_processor(name: str) -> str:
+    """An entry of the system's description of the first processor; empty where it has none."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
-        lines = []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or platform.machine()
+        return ""
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith(name)), "")
+
+
+def _instructions() -> str | None:
+    flags = (_of_processor("flags") or _of_processor("Features")).split()
+    return next((words for flag, words in WIDEST.items() if flag in flags), None)
 
 
 def machine() -> dict[str, Any]:
     """What the figures were measured on."""
     return {
         "system": platform.system(),
-        "processor": _processor(),
+        "processor": _of_processor("model name") or platform.processor() or platform.machine(),
+        "instructions": _instructions(),
         "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
         "python": platform.python_version(),
     }

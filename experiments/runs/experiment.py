@@ -37,6 +37,8 @@ class Settings:
         Next to nothing, to see that all of it runs: no claim needs to hold.
     own : Own
         The user's estimators and renderers, beside the experiment's.
+    long : bool
+        Mitsuba's times measured to the end, where they are bounds otherwise.
     """
 
     quick: bool = False
@@ -44,6 +46,7 @@ class Settings:
     scenes: tuple[str, ...] = ()
     tiny: bool = False
     own: Own = NONE_OWN
+    long: bool = False
 
     def pick(self, whole: Size, quick: Size, tiny: Size) -> Size:
         """What suits the size that is asked for."""
@@ -120,6 +123,8 @@ class Experiment:
         Rows to further text files, by name.
     takes_own : bool
         Whether it looks at the user's estimators and renderers too.
+    takes_long : bool
+        Whether it can measure longer.
     """
 
     name: str
@@ -131,3 +136,4 @@ class Experiment:
     text: Callable[[Sequence[Row]], str] | None = None
     files: Callable[[Sequence[Row]], dict[str, str]] | None = None
     takes_own: bool = False
+    takes_long: bool = False

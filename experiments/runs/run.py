@@ -90,6 +90,7 @@ def chosen(names: Sequence[str], experiments: Sequence[Experiment]) -> list[Expe
 def again(experiment: Experiment, settings: Settings) -> str:
     """The command that makes an experiment's rows again."""
     words = ["nusselt", "run", experiment.name, *(["--quick"] if settings.quick else [])]
+    words += ["--long"] if settings.long else []
     words += ["--seed", str(settings.seed)] if settings.seed else []
     for scene in settings.scenes if experiment.scenes else ():
         words += ["--scenes", scene]

@@ -31,7 +31,8 @@ LONG = 5.0
 def race(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Array]:
     """Seconds and errors: arrays (configurations, sizes), NaN where a size was left out.
 
-    A configuration's next size is left out when it would take longer than the job's ``longest`` seconds.
+    A configuration's next size is left out when it would take longer than the job's ``longest`` seconds, or when the
+    last one's error was ``enough``.
     """
     description, ways, sizes = job["description"], job["ways"], job["sizes"]
     started = time.perf_counter()
@@ -43,7 +44,8 @@ def race(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Arr
     shape = len(ways), max(map(len, sizes))
     seconds, errors, first = (np.full(shape, np.nan) for _ in range(3))
     for number, (way, ladder) in enumerate(zip(ways, sizes, strict=True)):
-        draw = _draw(scene, description, way)
+        camera = description["camera"]
+        draw = _in_parts(_draw(scene, description, way), max(1, job["at_once"] // (camera["width"] * camera["height"])))
         for rank, samples in enumerate(ladder):
             if rank and seconds[number, rank - 1] * samples / ladder[rank - 1] > job["longest"]:
                 break
@@ -53,8 +55,23 @@ def race(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Arr
             if first[number, rank] < LONG:
                 image, seconds[number, rank] = _timed(draw, samples, seed)
             errors[number, rank] = np.sqrt(((image - truth)[:, judged] ** 2).sum() / norm)
+            if errors[number, rank] <= job["enough"]:
+                break
         progress(number + 1, len(ways))
     return {"seconds": seconds, "errors": errors, "first": first, "built": np.array(built)}
+
+
+def _in_parts(draw: Draw, most: int) -> Draw:
+    """Images of many samples as the mean of several of as many as fit into memory."""
+
+    def drawn(samples: int, seed: int) -> Array:
+        if samples <= most:
+            return draw(samples, seed)
+        count = -(-samples // most)
+        seeds = np.random.SeedSequence(seed).generate_state(count)
+        return np.mean([draw(samples // count, int(one)) for one in seeds], axis=0)
+
+    return drawn
 
 
 def _timed(draw: Draw, samples: int, seed: int) -> tuple[Array, float]:

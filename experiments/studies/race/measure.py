@@ -55,6 +55,10 @@ class Plan:
         Seconds one of Mitsuba's images may take.
     ways : tuple of Way
         How Mitsuba is run.
+    enough : float
+        Error from which a way needs no more samples.
+    timeout : float
+        Seconds for all of Mitsuba's images of a round.
     """
 
     rounds: int = 1
@@ -62,6 +66,8 @@ class Plan:
     truth: float = 3e-5
     longest: float = 5.0
     ways: tuple[Way, ...] = WAYS
+    enough: float = 0.0
+    timeout: float = 900.0
 
 
 @dataclass
@@ -156,7 +162,15 @@ def measure(
             found.ours.append(list(_laps(draw, ladder, pools[found.workers], truth, judged)))
             found.mitsuba.append(
                 run_race(
-                    view, truth, judged, sizes=plan.sizes, seed=seed + number, longest=plan.longest, ways=plan.ways
+                    view,
+                    truth,
+                    judged,
+                    sizes=plan.sizes,
+                    seed=seed + number,
+                    ways=plan.ways,
+                    longest=plan.longest,
+                    enough=plan.enough,
+                    timeout=plan.timeout,
                 )
             )
             laps = own_laps(

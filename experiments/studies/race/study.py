@@ -15,6 +15,7 @@ from nusselt.experiments.runs.experiment import NONE_OWN, Experiment, Job, Outco
 from nusselt.experiments.runs.own import Own
 from nusselt.experiments.scenes.cameras import views
 from nusselt.experiments.studies.race.measure import Measured, Plan, Rule, by_silhouettes, measure, racer
+from nusselt.experiments.studies.race.page import text
 from nusselt.experiments.studies.race.rows import (
     EVERY,
     SENTENCE,
@@ -40,6 +41,16 @@ PLAN_BIG = Plan(
     longest=20.0,
     ways=(Way("multijitter", 0), Way("ldsampler", 0), Way("orthogonal", 0), Way("multijitter", 1), DEFAULT),
 )
+LONGEST = Plan(
+    sizes=(16, 64, 256, 1024, 4096, 16384, 65536),
+    truth=1e-5,
+    longest=900.0,
+    ways=(Way("multijitter", 0), Way("ldsampler", 0), Way("orthogonal", 0), DEFAULT),
+    enough=min(TARGETS),
+    timeout=4 * 3600.0,
+)
+"""Until Mitsuba's error is the smallest that is asked for."""
+LONG_SCENES = ("quad", "cornell-boxes", "cornell")
 CAMERAS = {"quad": 3, "near-light": 3, "cornell-boxes": 3}
 """Of a scene, for pixels by area; elsewhere one: more take too long to be run with everything else."""
 BIG = 20_000
@@ -58,6 +69,7 @@ def run(
     side: int | None = None,
     count: int | None = None,
     own: Own = NONE_OWN,
+    rules: Sequence[Rule] = RULES,
     progress: Callable[[str], None] | None = None,
 ) -> tuple[list[Row], dict[str, list[Measured]]]:
     """Race scenes; rows, and everything measured by ``scene/rule``.
@@ -71,6 +83,7 @@ def run(
         Pixels high, and cameras a scene, instead of 256 (64 if quick) and `CAMERAS` (1).
     own : Own
         The user's estimators and renderers, against the same truth.
+    rules : sequence of {"area", "centre"}
 
     Raises
     ------
@@ -84,7 +97,7 @@ def run(
         estimator = racer(scene)
         big = sum(mesh.triangles.shape[1] for mesh in scene.meshes) > BIG
         plans = plan or (QUICK if quick else PLAN_BIG if big else Plan())
-        for rule in RULES:
+        for rule in rules:
             if estimator is None:
                 rows += [_without(name, rule, target, NONE) for target in TARGETS]
                 continue
@@ -165,11 +178,14 @@ def jobs(settings: Settings) -> list[Job]:
     for name in settings.scenes:
         if name not in NAMES:
             raise InputError("scenes", name, "one of " + ", ".join(NAMES))
-    chosen = settings.scenes or settings.pick(NAMES, QUICK_SCENES, QUICK_SCENES[:1])
+    usual = LONG_SCENES if settings.long else NAMES
+    chosen = settings.scenes or settings.pick(usual, QUICK_SCENES, QUICK_SCENES[:1])
     shared = {
         "seed": settings.seed_of("race"),
         "own": settings.own,
-        "size": settings.pick({"quick": False}, {"quick": True}, {"plan": TINY, "side": 12, "count": 1}),
+        "size": {"plan": LONGEST, "rules": ("area",)}
+        if settings.long
+        else settings.pick({"quick": False}, {"quick": True}, {"plan": TINY, "side": 12, "count": 1}),
     }
     return [Job(_race, {"scene": name, **shared}, alone=True) for name in chosen]
 
@@ -189,7 +205,9 @@ ERROR_AGAINST_TIME = Experiment(
     jobs,
     figures,
     NAMES,
+    text=text,
     takes_own=True,
+    takes_long=True,
 )
 
 if __name__ == "__main__":

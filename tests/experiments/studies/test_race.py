@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from nusselt.experiments.cli.main import main
+from nusselt.experiments.results.document import document, machine, write_json
 from nusselt.experiments.studies.race.measure import Measured, Plan
+from nusselt.experiments.studies.race.page import main as page
 from nusselt.experiments.studies.race.rows import finalists, raw, row
+from nusselt.experiments.studies.race.scenes import race_scene
 from nusselt.experiments.studies.race.study import figure, run
+from nusselt.mitsuba_bridge import race as race_module
 from nusselt.mitsuba_bridge.llvm import backend
 from nusselt.mitsuba_bridge.process import ReferenceUnavailable
 from nusselt.mitsuba_bridge.race import DEFAULT, WAYS, Lap, Way, run_race
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import Analytic
+from nusselt.renderer.pixels import render_area
 
 pytestmark = [
     pytest.mark.skipif(backend().variant == "scalar_rgb", reason="Mitsuba's LLVM variant does not run here"),
@@ -86,10 +96,6 @@ def test_the_foremost_ways_and_the_default_go_on(raced):
 
 def test_a_wrong_truth_is_not_reached():
     """The planted defect: 5 % too bright, and no number of samples comes nearer than that."""
-    from nusselt.experiments.studies.race.scenes import race_scene
-    from nusselt.renderer.estimators import Analytic
-    from nusselt.renderer.pixels import render_area
-
     scene = race_scene("quad", 24).with_(spp=16)
     image = render_area(scene, Analytic(), tolerance=1e-3).image
     judged = (image.emitter == 0) & (image.background < 1)
@@ -98,6 +104,44 @@ def test_a_wrong_truth_is_not_reached():
     wrong = run_race(scene, 1.05 * image.mean, judged, sizes=(256,), seed=1, ways=way)
     assert right.laps[0].error < 1e-2
     assert np.isclose(wrong.laps[0].error, 0.05 / 1.05, rtol=0.1)
+
+
+def test_many_samples_are_the_mean_of_parts_and_none_are_drawn_beyond_what_is_enough(monkeypatch):
+    scene = race_scene("quad", 24).with_(spp=16)
+    image = render_area(scene, Analytic(), tolerance=1e-3).image
+    judged = (image.emitter == 0) & (image.background < 1)
+    rest = {"sizes": (16, 64, 256), "seed": 1, "ways": (Way("independent", 0),)}
+    whole = run_race(scene, image.mean, judged, **rest).laps
+    monkeypatch.setattr(race_module, "AT_ONCE", 16 * scene.width * scene.height)
+    parts = run_race(scene, image.mean, judged, **rest).laps
+    assert parts[0].error == whole[0].error
+    # Sixteen images of 16 samples: independent ones would have an error of a quarter, seeds in common that of one.
+    assert np.isclose(parts[2].error, whole[2].error, rtol=0.15)
+    assert parts[2].error < 0.4 * parts[0].error
+    few = run_race(scene, image.mean, judged, **rest, enough=1.001 * whole[1].error).laps
+    assert [lap.samples for lap in few] == [16, 64]
+
+
+def test_ratios_are_a_table_that_says_the_machine(raced, tmp_path):
+    rows, _ = raced
+    told = [row | {"experiment": "error-against-time"} for row in rows]
+    told[0] |= {"ratio": 13.7, "ratio_interval": [11.2, 14.4], "lower_bound_only": True}
+    write_json(document(told), str(tmp_path / "results.json"))
+    first, _, *lines = page([str(tmp_path / "results.json")]).splitlines()
+    assert f"{machine()['processor']}, {machine()['cores']} cores" in first
+    assert re.search(r"Mitsuba \d\.\d+\.\d+, 20\d\d-\d\d-\d\d:$", first)
+    assert lines[0] == "| scene | pixels | to 0.01 | to 0.001 | to 0.0001 |"
+    assert lines[2].startswith(f"| `{told[0]['scene']}` | {told[0]['pixel_rule']} | ≥ 14 [11, 14] | ")
+    write_json(document([row | {"experiment": "other"} for row in rows]), str(tmp_path / "results.json"))
+    with pytest.raises(InputError, match="rows of error-against-time"):
+        page([str(tmp_path / "results.json")])
+
+
+@pytest.mark.parametrize("words", [("convergence", "--long"), ("error-against-time", "--long", "--quick")])
+def test_long_is_refused_where_it_means_nothing(words):
+    result = CliRunner().invoke(main, ["run", *words])
+    assert result.exit_code == 2
+    assert "long" in result.stderr
 
 
 def test_a_race_needs_the_fast_variant():
