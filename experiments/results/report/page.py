@@ -26,7 +26,7 @@ from .entries import colours, entry, layers, tiles
 from .figures import BUDGET as FIGURES
 from .figures import drawings, fitting
 from .material import Material, read_material
-from .pixels import BUDGET, Packed, pack_all, total_size
+from .pixels import BRIEF, PRECISE, Detail, Packed, pack_all, total_size
 from .plots import ErrorFigure, error_figure
 from .tables import plain_table
 
@@ -34,7 +34,9 @@ SCRIPTS = ("viewer.js", "table.js")
 Progress = Callable[[str, int, int], None]
 
 
-def write_report(folder: str | Path, output: str | Path, progress: Progress | None = None) -> int:
+def write_report(
+    folder: str | Path, output: str | Path, progress: Progress | None = None, precise: bool = False
+) -> int:
     """Write one HTML file that shows a folder of results, and needs nothing else.
 
     Parameters
@@ -45,6 +47,8 @@ def write_report(folder: str | Path, output: str | Path, progress: Progress | No
         The file to write.
     progress : callable, optional
         Called with (what, done, in all).
+    precise : bool
+        Images in four times the bytes: to eleven bits, and fewer of their pixels averaged.
 
     Returns
     -------
@@ -58,7 +62,7 @@ def write_report(folder: str | Path, output: str | Path, progress: Progress | No
     """
     material = read_material(Path(folder))
     try:
-        page = report_html(material, progress or (lambda what, done, total: None))
+        page = report_html(material, progress or (lambda what, done, total: None), PRECISE if precise else BRIEF)
     except InputError:
         raise
     except (ArithmeticError, AttributeError, LookupError, TemplateError, TypeError, ValueError) as error:
@@ -68,7 +72,7 @@ def write_report(folder: str | Path, output: str | Path, progress: Progress | No
     return len(material.rows)
 
 
-def report_html(material: Material, progress: Progress) -> str:
+def report_html(material: Material, progress: Progress, detail: Detail = BRIEF) -> str:
     """The page as text."""
     loader = PackageLoader("nusselt.experiments.results.report", "")
     environment = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
@@ -76,7 +80,7 @@ def report_html(material: Material, progress: Progress) -> str:
     script = "\n".join(_asset(name) for name in SCRIPTS)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     return environment.get_template("page.html").render(
-        **_content(material, progress), style=_asset("style.css"), script=script, script_digest=digest
+        **_content(material, progress, detail), style=_asset("style.css"), script=script, script_digest=digest
     )
 
 
@@ -84,11 +88,11 @@ def _asset(name: str) -> str:
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8").strip()
 
 
-def _content(material: Material, progress: Progress) -> dict[str, Any]:
+def _content(material: Material, progress: Progress, detail: Detail) -> dict[str, Any]:
     rows = material.rows
     judged = urgent_first([row for row in rows if in_table(row)])
-    packed = _packs(material, judged, partial(progress, "images"))
-    files = fitting(list(material.figures), FIGURES + BUDGET - total_size(packed))  # what the images left
+    packed = _packs(material, judged, detail, partial(progress, "images"))
+    files = fitting(list(material.figures), FIGURES + detail.budget - total_size(packed))  # what the images left
     packs = [found.info if found else None for found in packed]
     errors = _error_figures(rows, "errors")
     tone, said = headline(rows)
@@ -116,9 +120,11 @@ def _content(material: Material, progress: Progress) -> dict[str, Any]:
     }
 
 
-def _packs(material: Material, rows: list[Row], tell: Callable[[int, int], None]) -> list[Packed | None]:
+def _packs(
+    material: Material, rows: list[Row], detail: Detail, tell: Callable[[int, int], None]
+) -> list[Packed | None]:
     sources = [partial(layers, material, row) if material.image(row, "ours_exr") else None for row in rows]
-    return pack_all(sources, BUDGET, tell)
+    return pack_all(sources, detail, tell)
 
 
 def _entries(

@@ -1,8 +1,7 @@
 """Images small enough for one file, and still numbers: the value under the pointer is radiance, not a colour.
 
-Each layer is normalised by a power of two and kept as float16 (relative error 2^-11; the difference in standard
-errors 2^-6), its high bytes before its low bytes, deflated, base64. Where that is too much, blocks of pixels are
-averaged, and the page says so.
+Each layer is normalised by a power of two and kept as float16 of as many bits as the page's detail has, its high bytes
+before its low bytes, deflated, base64. Where that is too much, blocks of pixels are averaged, and the page says so.
 """
 
 from __future__ import annotations
@@ -18,12 +17,30 @@ import numpy as np
 
 from nusselt.renderer.vectors import Floats
 
-BUDGET = 7_400_000
-"""Bytes of all images before base64: 9.9 MB in the file."""
+
+@dataclass(frozen=True)
+class Detail:
+    """How much of the images a page holds.
+
+    Parameters
+    ----------
+    budget : int
+        Bytes of all of them before base64, which adds a third.
+    bits : int
+        Of a value's mantissa: its relative error is 2^-(bits + 1).
+    difference_bits : int
+        The same of the difference in standard errors: it is noise, and incompressible.
+    """
+
+    budget: int
+    bits: int
+    difference_bits: int
+
+
+BRIEF = Detail(1_900_000, 6, 3)
+PRECISE = Detail(7_400_000, 10, 5)
 COARSEST = 16
 """Largest side of a block; beyond it an image is left out."""
-DIFFERENCE_BITS = 5
-"""Mantissa of the difference: it is noise, and incompressible."""
 
 
 def averaged(layer: Floats, factor: int) -> Floats:
@@ -83,7 +100,7 @@ class Packed:
         return sum(map(len, self.blobs.values()))
 
 
-def pack(layers: dict[str, Floats], factor: int) -> Packed:
+def pack(layers: dict[str, Floats], factor: int, detail: Detail = PRECISE) -> Packed:
     """Encode a row's images, blocks of factor x factor pixels averaged.
 
     Parameters
@@ -91,15 +108,17 @@ def pack(layers: dict[str, Floats], factor: int) -> Packed:
     layers : dict
         "ours", "reference", "mistaken" (3, h, w) and "difference" (1, h, w); all but the first may be missing.
     factor : int
+    detail : Detail
     """
     known, blobs = {}, {}
     for name, layer in _reduced(layers, factor).items():
         exponent = normaliser(layer)
-        blob = encode(layer, exponent, DIFFERENCE_BITS if name == "difference" else 10)
+        blob = encode(layer, exponent, detail.difference_bits if name == "difference" else detail.bits)
         content = "p" + hashlib.sha256(blob).hexdigest()[:16]
         known[name], blobs[content] = {"blob": content, "exponent": exponent}, blob
     height, width = layers["ours"].shape[1:]
     size = {"width": -(-width // factor), "height": -(-height // factor), "factor": factor, "of": [width, height]}
+    size["error"] = 2.0 ** -(detail.bits + 1)
     return Packed({**size, "layers": known}, blobs)
 
 
@@ -111,7 +130,7 @@ def total_size(found: list[Packed | None]) -> int:
 
 def pack_all(
     sources: Sequence[Callable[[], dict[str, Floats]] | None],
-    budget: int,
+    detail: Detail,
     tell: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[Packed | None]:
     """Encode every row's images so that all fit: the largest are made coarser until they do, at last left out.
@@ -120,20 +139,19 @@ def pack_all(
     ----------
     sources : sequence of callable or None
         Each reads one row's layers; None where it has none.
-    budget : int
-        Bytes.
+    detail : Detail
     tell : callable
         Called with (rows done, rows in all).
     """
     found: list[Packed | None] = []
     for source in sources:
-        found.append(pack(source(), 1) if source else None)
+        found.append(pack(source(), 1, detail) if source else None)
         tell(len(found), len(sources))
-    while total_size(found) > budget:
+    while total_size(found) > detail.budget:
         index = max(range(len(found)), key=lambda i: found[i].size if found[i] else -1)  # type: ignore[union-attr]
         largest, source = found[index], sources[index]
         factor = largest.info["factor"] + 1 if largest else COARSEST + 1
-        found[index] = pack(source(), factor) if source and factor <= COARSEST else None
+        found[index] = pack(source(), factor, detail) if source and factor <= COARSEST else None
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import json
 import re
 import zlib
@@ -19,7 +20,8 @@ from nusselt.experiments.results.report import page as page_module
 from nusselt.experiments.results.report import write_report
 from nusselt.experiments.results.report.figures import BUDGET as FIGURES
 from nusselt.experiments.results.report.pixels import (
-    BUDGET,
+    BRIEF,
+    PRECISE,
     averaged,
     averaged_difference,
     encode,
@@ -185,24 +187,27 @@ def test_the_difference_of_blocks_is_still_in_standard_errors():
 
 def test_images_that_are_too_large_are_made_coarser_until_they_fit():
     layers = {"ours": np.random.default_rng(3).random((3, 64, 64)), "reference": np.ones((3, 64, 64))}
-    whole = pack_all([lambda: layers, None], 10**7)
+    whole = pack_all([lambda: layers, None], PRECISE)
     assert whole[1] is None
     assert whole[0].info["factor"] == 1
-    half = pack_all([lambda: layers, lambda: layers], budget=total_size(whole) // 3)
+    third = dataclasses.replace(PRECISE, budget=total_size(whole) // 3)
+    half = pack_all([lambda: layers, lambda: layers], third)
     assert {packed.info["factor"] for packed in half} == {2}
     assert total_size(half) <= total_size(whole) // 3
-    assert pack_all([lambda: layers], budget=10) == [None]
+    assert pack_all([lambda: layers], dataclasses.replace(BRIEF, budget=10)) == [None]
+    assert total_size(pack_all([lambda: layers], BRIEF)) < 0.75 * total_size(whole)
 
 
 def test_rows_of_one_reference_share_its_bytes():
     layers = {"ours": np.ones((3, 8, 8)), "reference": np.random.default_rng(4).random((3, 8, 8))}
-    one, two = pack_all([lambda: layers], 10**7), pack_all([lambda: layers, lambda: layers], 10**7)
+    one, two = pack_all([lambda: layers], BRIEF), pack_all([lambda: layers, lambda: layers], BRIEF)
     assert total_size(one) == total_size(two)
 
 
 def test_the_page_keeps_to_its_size(monkeypatch, tmp_path):
     """With a twentieth of the budget: images and figures keep to it, and the rest is small; 60 rows leave room."""
-    monkeypatch.setattr(page_module, "BUDGET", BUDGET // 20)
+    budget = PRECISE.budget // 20
+    monkeypatch.setattr(page_module, "PRECISE", dataclasses.replace(PRECISE, budget=budget))
     rng = np.random.default_rng(5)
     noisy = rng.random((3, 240, 320)) + 0.5
     rows = [row("big") | {"images": write_images(tmp_path, "big", noisy, noisy[::-1], rng.normal(size=(240, 320)))}]
@@ -210,17 +215,18 @@ def test_the_page_keeps_to_its_size(monkeypatch, tmp_path):
     write_json(document(rows, alpha=1e-3), str(tmp_path / "results.json"))
     for k in range(4):
         (tmp_path / f"figure-{k}.png").write_bytes(rng.bytes(700_000))
-    write_report(tmp_path, tmp_path / "page.html")
+    write_report(tmp_path, tmp_path / "page.html", precise=True)
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     images = sum(map(len, re.findall(r'<script type="text/plain" id="p[0-9a-f]{16}">([^<]+)</script>', page)))
     figures = sum(map(len, re.findall(r'<img src="data:image/png;base64,([^"]+)"', page)))
     rest = len(page) - images - figures
     assert "mean of 2 × 2" in page
-    assert 0 < images <= BUDGET / 20 * 4 / 3
+    assert 0 < images <= budget * 4 / 3
     assert figures > 0
-    assert images + figures <= (BUDGET / 20 + FIGURES) * 4 / 3 + 100
+    assert images + figures <= (budget + FIGURES) * 4 / 3 + 100
     assert "beside it in the folder: figure-1.png, figure-2.png, figure-3.png" in page
-    assert BUDGET * 4 / 3 + FIGURES * 4 / 3 + 6 * rest < 15e6
+    assert PRECISE.budget * 4 / 3 + FIGURES * 4 / 3 + 6 * rest < 15e6
+    assert BRIEF.budget * 4 / 3 + rest / 10 * 16 < 3e6  # a page of 16 rows and no figures
 
 
 def test_rows_of_one_scene_share_their_figure(tmp_path):
