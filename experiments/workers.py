@@ -21,6 +21,8 @@ from .main_script import portable, unguarded
 
 PATIENCE = 1.0
 """Seconds of work on images that are done here before workers are started: about what starting them takes."""
+ANSWER = 10.0
+"""Seconds within which a scheduler must answer."""
 LIVES = 3
 """Deaths in a row, with no work finished between them, that are taken for the work's own doing."""
 
@@ -146,7 +148,7 @@ def cluster(address: str) -> Iterator[Executor]:
     if not re.fullmatch(r"[a-z]+://\S+:\d+", address):
         raise wrong
     try:
-        client = Client(address, timeout=10, set_as_default=False)
+        client = Client(address, timeout=ANSWER, set_as_default=False)
     except (OSError, ValueError) as error:
         raise wrong from error
     with client:

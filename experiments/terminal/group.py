@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import signal
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NoReturn
@@ -18,6 +20,34 @@ from .usage import usage_line
 
 ASKED = "nusselt.command"
 """Under which a group keeps the command it was asked for."""
+
+
+class Ended(KeyboardInterrupt):
+    """A signal to end, of a system or of a terminal that was closed: an interrupt by another name."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self.number = number
+
+
+def _end(number: int, frame: object) -> NoReturn:
+    signal.signal(number, signal.SIG_IGN)  # once is enough: the way out is not to be interrupted
+    raise Ended(number)
+
+
+@contextmanager
+def _endings_heard() -> Iterator[None]:
+    """Signals to end are interrupts meanwhile, where nobody else has a use for them."""
+    known = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    here = threading.current_thread() is threading.main_thread()
+    heard = [number for number in known if here and signal.getsignal(number) is signal.SIG_DFL]
+    for number in heard:
+        signal.signal(number, _end)
+    try:
+        yield
+    finally:
+        for number in heard:
+            signal.signal(number, signal.SIG_DFL)
 
 
 class OneLine(click.Command):
@@ -44,12 +74,18 @@ def _one_line(command: click.Command, context: click.Context | None = None) -> I
         stop(usage_line(error, context), EXIT["bad input"])
     except WorkerLost as error:
         stop(str(error), EXIT["not as claimed"])
+    except Ended as ended:
+        stop(f"ended by {signal.Signals(ended.number).name}: what was finished is written", 128 + ended.number)
     except KeyboardInterrupt:
         stop("interrupted: what was finished is written", 130)
 
 
 class Group(OneLine, click.Group):
     """The same for a group of commands."""
+
+    def invoke(self, context: click.Context) -> Any:
+        with _one_line(self, context), _endings_heard():
+            return super().invoke(context)
 
     def resolve_command(
         self, context: click.Context, words: list[str]

@@ -1,5 +1,6 @@
 """The command under a hostile machine: full disks, odd homes and locales, killed workers, interrupts."""
 
+import contextlib
 import os
 import resource
 import signal
@@ -81,8 +82,13 @@ def test_a_file_where_a_folder_is_wanted(place):
     assert files(place) == ["my scéne.test", "out"]
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.5, 1.0, 2.0])
-def test_an_interrupt_ends_it_and_leaves_nothing_half_written(place, delay):
+ENDINGS = {signal.SIGINT: "interrupted", signal.SIGTERM: "ended by SIGTERM", signal.SIGHUP: "ended by SIGHUP"}
+
+
+@pytest.mark.parametrize(
+    ("delay", "ending"), [(0.3, signal.SIGINT), (1.3, signal.SIGINT), *((None, ending) for ending in ENDINGS)]
+)
+def test_what_ends_it_leaves_nothing_half_written_and_no_worker(place, delay, ending):
     """At start-up, while workers start, and in the middle of the image."""
     command = [*NUSSELT, "render", "my scéne.test", "--samples", "65536", "-o", "a.png"]
     ours = subprocess.Popen(
@@ -94,14 +100,29 @@ def test_an_interrupt_ends_it_and_leaves_nothing_half_written(place, delay):
         start_new_session=True,
         preexec_fn=hears_interrupts,
     )
-    time.sleep(0.3 + delay)
+    assert delay or has_workers(ours.pid)
+    time.sleep(delay or 2.0)
     assert ours.poll() is None
-    os.killpg(ours.pid, signal.SIGINT)
+    (os.killpg if ending == signal.SIGINT else os.kill)(ours.pid, ending)  # a terminal's goes to all
     _, said = ours.communicate(timeout=60)
     assert ours.returncode != 0
-    assert delay < 2 or said.decode().splitlines() == ["nusselt: interrupted: what was finished is written"]
+    assert delay or said.decode().splitlines() == [f"nusselt: {ENDINGS[ending]}: what was finished is written"]
     assert files(place) == ["my scéne.test"]
     assert gone(ours.pid), "a worker is left"
+
+
+def has_workers(group: int, seconds: float = 60.0) -> bool:
+    """Whether the first of a group starts workers within some seconds."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        count = 0
+        for path in Path("/proc").glob("[0-9]*/stat"):
+            with contextlib.suppress(OSError):  # gone meanwhile
+                count += path.read_text().rsplit(")", 1)[1].split()[2] == str(group)
+        if count > 2:  # beside it and the one that keeps track of what they share
+            return True
+        time.sleep(0.05)
+    return False
 
 
 def gone(group: int, seconds: float = 5.0) -> bool:

@@ -12,6 +12,7 @@ from builders import box, floor, lamp, scene
 from click.testing import CliRunner
 from distributed import LocalCluster
 
+from nusselt.experiments import workers
 from nusselt.experiments.cli.main import main
 from nusselt.experiments.workers import worker_pool
 from nusselt.renderer.errors import InputError
@@ -62,6 +63,12 @@ def test_a_lost_worker_changes_nothing(dask, picture):
     same(far, render(picture, estimator, seed=5, passes=3))
 
 
+@pytest.fixture
+def impatient(monkeypatch):
+    monkeypatch.setattr(workers, "ANSWER", 1.0)
+
+
+@pytest.mark.usefixtures("impatient")
 def test_an_address_where_nobody_answers_is_one_clear_error():
     began = time.monotonic()
     with (
@@ -86,6 +93,7 @@ def test_experiments_on_a_cluster_find_the_same_rows(dask, tmp_path):
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "foo", "tcp://127.0.0.1", "tcp://x y:1"])
+@pytest.mark.usefixtures("impatient")
 def test_a_command_says_in_one_line_that_no_scheduler_answers(address, tmp_path):
     output = tmp_path / "a.npy"
     words = ["render", "quad", "--cluster", address, "-o", str(output)]
