@@ -19,6 +19,7 @@ from nusselt.renderer.lights import (
     DirectionalLight,
     DiskLight,
     Light,
+    MeshLight,
     PointLight,
     QuadLight,
     SkyLight,
@@ -124,7 +125,18 @@ def _(light: SphereLight, place: Place, scale: float, reach: float = SIZE) -> di
 @described.register
 def _(light: TriangleLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
     corners = [place(corner).tolist() for corner in (light.a, light.b, light.c)]
-    return {"kind": "ply", "corners": corners, "radiance": rgb(light.radiance)}
+    return {"kind": "ply", "corners": corners, "triangles": [[0], [1], [2]], "radiance": rgb(light.radiance)}
+
+
+@described.register
+def _(light: MeshLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
+    corners = [place(corner).tolist() for corner in light.surface.vertices.T]
+    return {
+        "kind": "ply",
+        "corners": corners,
+        "triangles": light.surface.triangles.tolist(),
+        "radiance": rgb(light.radiance),
+    }
 
 
 @described.register
@@ -166,6 +178,7 @@ def approximations(light: Light) -> list[str]:
 @approximations.register(SphereLight)
 @approximations.register(SkyLight)
 @approximations.register(TriangleLight)
+@approximations.register(MeshLight)
 @approximations.register(PointLight)
 @approximations.register(SpotLight)
 @approximations.register(CosineLight)
@@ -188,6 +201,7 @@ def strata_alike(light: Light) -> bool:
 @strata_alike.register(QuadLight)
 @strata_alike.register(SkyLight)
 @strata_alike.register(TriangleLight)
+@strata_alike.register(MeshLight)
 @strata_alike.register(PointLight)
 @strata_alike.register(SpotLight)
 @strata_alike.register(CosineLight)
@@ -232,7 +246,8 @@ def _(light: SphereLight) -> tuple[Triangle, float]:
 
 @cover.register(QuadLight)
 @cover.register(TriangleLight)
-def _(light: QuadLight | TriangleLight) -> tuple[Triangle, float]:
+@cover.register(MeshLight)
+def _(light: QuadLight | TriangleLight | MeshLight) -> tuple[Triangle, float]:
     return light.body().corners, 0.0
 
 
@@ -257,6 +272,7 @@ def rounding(light: Light, points: Floats) -> Floats:
 @rounding.register(QuadLight)
 @rounding.register(SkyLight)
 @rounding.register(TriangleLight)
+@rounding.register(MeshLight)
 @rounding.register(DiskLight)
 @rounding.register(PointLight)
 @rounding.register(CosineLight)

@@ -38,6 +38,11 @@ def close_blockers(scene: Scene, points: Floats, half: float) -> list[str]:
         bodies = np.flatnonzero(geometry.light[geometry.ellipsoid_surface] != number)
         to_triangle, to_ellipsoid = clearance(light, geometry, others, bodies)
         distance = min(to_triangle.min(initial=np.inf), to_ellipsoid.min(initial=np.inf))
+        if light.hides_itself:
+            notes.append(
+                f"light {number + 1} may hide parts of itself: Mitsuba up to 3.9 looks past what is closer to a light "
+                "than a thousandth of the way, so that its hollow edges shine where they are hidden"
+            )
         if light.at_infinity or not distance < np.inf:
             continue
         reach = CLOSE * float(np.sqrt(((points[:, :, None] - light.hull()[:, None]) ** 2).sum(axis=0)).max())

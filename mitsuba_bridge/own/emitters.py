@@ -11,6 +11,7 @@ from nusselt.renderer.lights import (
     DirectionalLight,
     DiskLight,
     Light,
+    MeshLight,
     PointLight,
     QuadLight,
     SkyLight,
@@ -18,11 +19,12 @@ from nusselt.renderer.lights import (
     SpotLight,
     TriangleLight,
 )
+from nusselt.renderer.surfaces import Material, Mesh
 from nusselt.renderer.validation import Vec3
 from nusselt.renderer.vectors import Floats, Ints
 
 from .nodes import Node, triple
-from .shapes import FILES, ROUND, round_axes, triangles_of
+from .shapes import CUBE, FILES, ROUND, mesh_of, round_axes, triangles_of
 
 
 def _point(node: Node) -> Light:
@@ -120,17 +122,23 @@ def _sphere(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
 
 
 def _mesh(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
-    """One triangle, or two that are a parallelogram: Mitsuba has loaded them, placed by their own transform."""
+    """One triangle, two that are a parallelogram, or more: Mitsuba has loaded them, placed by their own transform."""
     vertices, faces = triangles_of(shape)
     turned = faces[::-1] if shape.flag("flip_normals") else faces
-    if faces.shape[1] == 1:
+    return _triangles(vertices, turned, radiance)
+
+
+def _cube(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
+    return MeshLight(mesh_of(*CUBE, matrix, shape, Material()), radiance)
+
+
+def _triangles(vertices: Floats, turned: Ints, radiance: Vec3) -> Light:
+    if turned.shape[1] == 1:
         a, b, c = (triple(vertices[:, k]) for k in turned[:, 0])
         return TriangleLight(a, b, c, radiance)
-    corner = _parallelogram(vertices, turned) if faces.shape[1] == 2 else None
+    corner = _parallelogram(vertices, turned) if turned.shape[1] == 2 else None
     if corner is None:
-        raise shape.refused(
-            f"{faces.shape[1]} triangles with an emitter", "a triangle, or two that are a parallelogram"
-        )
+        return MeshLight(Mesh(vertices, turned.astype(np.int64)), radiance)
     p, ab, ac = (triple(v) for v in corner)
     return QuadLight(p, ac, ab, radiance)  # ours shines along -(ab x ac)
 
@@ -151,6 +159,7 @@ AREAS: dict[str, Callable[[Node, Floats, Vec3], Light]] = {
     "rectangle": _quad,
     "disk": _disk,
     "sphere": _sphere,
+    "cube": _cube,
     **dict.fromkeys(FILES, _mesh),
 }
 """Shapes that may emit, by plugin."""

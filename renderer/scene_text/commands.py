@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from nusselt.renderer.errors import InputError
@@ -96,7 +97,10 @@ def _ignored(name: str, read: Callable[[str, str], Any], arguments: str, why: st
 
 def _light_command(kind: type[Light]) -> Command:
     def act(state: SceneState, *values: float) -> None:
-        state.light(from_numbers(kind, kind.TEXT, values))
+        if kind.TEXT.of_surface:
+            state.lit(partial(from_numbers, kind, kind.TEXT, values), any(values))
+        else:
+            state.light(from_numbers(kind, kind.TEXT, values))
 
     return _command(act, _number, kind.TEXT.arguments)
 

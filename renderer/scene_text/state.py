@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -56,6 +56,7 @@ class SceneState:
         self._settings: dict[str, tuple[Any, int]] = {}  # by command: its value, its line
         self._parameters: dict[str, Any] = {}  # of lobes, by command
         self._material, self._emission_line = Material(), 0
+        self._lit: Callable[[Mesh], Light] | None = None  # what makes lights of surfaces
         self._meshes, self._ellipsoids, self._lights = list[Mesh](), list[Ellipsoid](), list[Light]()
         self._sensors = list[Sensor]()
         self._lines: tuple[list[int], list[int], list[int]] = ([], [], [])
@@ -211,13 +212,13 @@ class SceneState:
         for note in (*surface.notes, *[f"{count(dropped, 'triangle')} without area: dropped"] * bool(dropped)):
             self.warn(f"{name}: {note}", self.place)
         self._close_mesh()
-        self._meshes.append(Mesh(surface.vertices, surface.triangles, self._material))
-        self._lines[0].append(self.line)
-        self._tell_emission()
+        self._add_mesh(Mesh(surface.vertices, surface.triangles, self._material), self.line)
 
     def sphere(self, x: float, y: float, z: float, radius: float) -> None:
         if radius <= 0:
             raise InputError("sphere radius", radius, "a radius above 0")
+        if self._lit is not None:
+            raise InputError("sphere", "after meshLight", "tri or mesh; sphereLight is a ball that shines")
         a, b, c = ((i * radius, j * radius, k * radius) for i, j, k, _ in self.transform)
         center = transforms.apply(self.transform, (x, y, z))
         ellipsoid = Ellipsoid(center, (a, b, c), self._material)
@@ -269,9 +270,21 @@ class SceneState:
     def _close_mesh(self) -> None:
         first = self.pile.first_line
         if mesh := self.pile.close(self._material):
-            self._meshes.append(mesh)
-            self._lines[0].append(first)
-            self._tell_emission()
+            self._add_mesh(mesh, first)
+
+    def _add_mesh(self, mesh: Mesh, line: int) -> None:
+        """A surface, or a light, from a line on."""
+        if self._lit is not None:
+            self._add_light(self._lit(mesh), line)
+            return
+        self._meshes.append(mesh)
+        self._lines[0].append(line)
+        self._tell_emission()
+
+    def lit(self, make: Callable[[Mesh], Light], shines: bool) -> None:
+        """Make lights of the surfaces that follow, or no more of them."""
+        self._close_mesh()
+        self._lit = make if shines else None
 
     def _tell_emission(self) -> None:
         if max(self._material.emission) > 0:
@@ -279,8 +292,13 @@ class SceneState:
             self.warn(message, f"{self.where}:{self._emission_line}")
 
     def light(self, light: Light) -> None:
+        if self._lit is not None:
+            self._close_mesh()  # lights stay in the order of their lines
+        self._add_light(light, self.line)
+
+    def _add_light(self, light: Light, line: int) -> None:
         self._lights.append(light)
-        self._lines[2].append(self.line)
+        self._lines[2].append(line)
         if isinstance(light, PointLight) and not self._attenuated and not self._bare_point:
             self._bare_point = self.line
 
