@@ -17,11 +17,11 @@ from nusselt.renderer.lights import (
     SkyLight,
     SphereLight,
     SpotLight,
-    TriangleLight,
 )
-from nusselt.renderer.surfaces import Material, Mesh
+from nusselt.renderer.lights.of_triangles import of_triangles
+from nusselt.renderer.surfaces import Material
 from nusselt.renderer.validation import Vec3
-from nusselt.renderer.vectors import Floats, Ints
+from nusselt.renderer.vectors import Floats
 
 from .nodes import Node, triple
 from .shapes import CUBE, FILES, ROUND, mesh_of, round_axes, triangles_of
@@ -125,34 +125,11 @@ def _mesh(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
     """One triangle, two that are a parallelogram, or more: Mitsuba has loaded them, placed by their own transform."""
     vertices, faces = triangles_of(shape)
     turned = faces[::-1] if shape.flag("flip_normals") else faces
-    return _triangles(vertices, turned, radiance)
+    return of_triangles(vertices, turned.astype(np.int64), radiance)
 
 
 def _cube(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
     return MeshLight(mesh_of(*CUBE, matrix, shape, Material()), radiance)
-
-
-def _triangles(vertices: Floats, turned: Ints, radiance: Vec3) -> Light:
-    if turned.shape[1] == 1:
-        a, b, c = (triple(vertices[:, k]) for k in turned[:, 0])
-        return TriangleLight(a, b, c, radiance)
-    corner = _parallelogram(vertices, turned) if turned.shape[1] == 2 else None
-    if corner is None:
-        return MeshLight(Mesh(vertices, turned.astype(np.int64)), radiance)
-    p, ab, ac = (triple(v) for v in corner)
-    return QuadLight(p, ac, ab, radiance)  # ours shines along -(ab x ac)
-
-
-def _parallelogram(vertices: Floats, faces: Ints) -> tuple[Floats, Floats, Floats] | None:
-    """A corner and the edges from it, counter-clockwise from the front, of two triangles; None if they are none."""
-    first, second = (vertices[:, faces[:, k]] for k in range(2))
-    size = np.abs(first - first[:, :1]).max()
-    for k in range(3):  # the corner that the other triangle has not
-        corner, nxt, last = (first[:, (k + step) % 3] for step in range(3))
-        if any(np.abs(second[:, j] - (nxt + last - corner)).max() < ROUND * size for j in range(3)):
-            shared = [min(np.abs(second[:, j] - v).max() for j in range(3)) for v in (nxt, last)]
-            return (corner, nxt - corner, last - corner) if max(shared) < ROUND * size else None
-    return None
 
 
 AREAS: dict[str, Callable[[Node, Floats, Vec3], Light]] = {

@@ -57,7 +57,7 @@ class MeshLight(Plain):
         object.__setattr__(self, "radiance", colour("meshLight radiance", self.radiance))
         if not 1 <= self.count <= MOST:
             raise InputError("meshLight", f"{self.count} triangles", f"1 to {MOST} triangles")
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             area = self.area
         if not 0 < area < math.inf:
             raise InputError("meshLight area", area, "an area above 0 and finite in double precision")
