@@ -65,15 +65,21 @@ def lens_of(directive: Directive, transform: Floats, width: int, height: int) ->
         raise directive.refused(f"fov {fov:g}", "an angle in (0, 180) degrees", "fov")
     if directive.number("frameaspectratio", shape) != shape:
         raise directive.refused("frameaspectratio", "that of the film", "frameaspectratio")
+    high = _half_height(directive, shape)
+    fov_y = 2 * math.degrees(math.atan(math.tan(math.radians(fov) / 2) * high))
+    camera = np.linalg.inv(transform)
+    if np.linalg.det(camera[:3, :3]) < 0:
+        return View(looking(camera, fov_y, 1.0), np.eye(4), tuple(said))
+    told = f"{directive.where}: pbrt's space is left-handed: the world is mirrored in x, so that the image is its own"
+    return View(looking(MIRROR @ camera, fov_y, 1.0), MIRROR, (*said, told))
+
+
+def _half_height(directive: Directive, shape: float) -> float:
+    """Of the screen window."""
     across, high = max(shape, 1.0), max(1 / shape, 1.0)
     window = directive.numbers("screenwindow", ("float",), np.array([-across, across, -high, high]))
     if window.size != 4 or not window[1] > 0 or not window[3] > 0 or window[0] != -window[1] or window[2] != -window[3]:
         raise directive.refused("screenwindow off the middle", "-x x -y y", "screenwindow")
     if abs(window[1] / window[3] / shape - 1) > 1e-6:
         raise directive.refused("a screenwindow of another shape", f"that of the film, {shape:g}", "screenwindow")
-    fov_y = 2 * math.degrees(math.atan(math.tan(math.radians(fov) / 2) * float(window[3])))
-    camera = np.linalg.inv(transform)
-    if np.linalg.det(camera[:3, :3]) < 0:
-        return View(looking(camera, fov_y, 1.0), np.eye(4), tuple(said))
-    told = f"{directive.where}: pbrt's space is left-handed: the world is mirrored in x, so that the image is its own"
-    return View(looking(MIRROR @ camera, fov_y, 1.0), MIRROR, (*said, told))
+    return float(window[3])
