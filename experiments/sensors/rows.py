@@ -14,6 +14,7 @@ import numpy as np
 from nusselt.experiments.check.check import seeds
 from nusselt.experiments.check.question import MOST_SEED, chosen_estimator, number_within, whole_within
 from nusselt.experiments.results.schema import Row
+from nusselt.experiments.verdict.expected import Difference
 from nusselt.mitsuba_bridge.process import ReferenceUnavailable
 from nusselt.mitsuba_bridge.sensors import SensorReference, sensors_by_mitsuba
 from nusselt.renderer.errors import InputError
@@ -23,7 +24,7 @@ from nusselt.renderer.lights import Light
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
-from .judge import Difference, against_expected, against_mitsuba
+from .judge import against_expected, against_mitsuba
 
 PILOT = 16
 MOST = 4096

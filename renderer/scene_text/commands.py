@@ -155,6 +155,7 @@ COMMANDS = {
     "sensor": _command(SceneState.sensor, _number, "at:xyz normal:xyz"),
     "sensorGrid": _command(SceneState.sensor_grid, _number, "corner:xyz ab:xyz ac:xyz normal:xyz nab nac"),
     "expect": _command(SceneState.expect, _number, "irradiance:rgb percent"),
+    "expectPixel": _command(SceneState.expect_pixel, _number, "x y radiance:rgb percent"),
     "brdf": _command(SceneState.brdf, _word, "name"),
     **_ignored("roughness", _number, "alpha", "brdf ggx alone has one"),
     "attenuation": _command(SceneState.attenuation, _number, "constant linear quadratic"),

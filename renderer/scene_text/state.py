@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.expected_pixel import ExpectedPixel
 from nusselt.renderer.lights import Light, PointLight
 from nusselt.renderer.mesh_files import Surface, find_inside, read_mesh_file
 from nusselt.renderer.scene import INTEGRATORS, Camera, Scene
@@ -59,6 +60,7 @@ class SceneState:
         self._lit: Callable[[Mesh], Light] | None = None  # what makes lights of surfaces
         self._meshes, self._ellipsoids, self._lights = list[Mesh](), list[Ellipsoid](), list[Light]()
         self._sensors = list[Sensor]()
+        self._pixels = list[tuple[ExpectedPixel, int]]()  # and the line of each
         self._lines: tuple[list[int], list[int], list[int]] = ([], [], [])
         self._surfaces: dict[str, Surface] = {}  # by file name
         self._attenuated, self._bare_point = False, 0  # is there a law for points, line of the first without one
@@ -106,6 +108,7 @@ class SceneState:
                 stratify=self._setting("lightstratify", False),
                 spp=self._setting("spp", 1),
                 sensors=tuple(self._sensors),
+                pixels=tuple(self._inside(width, height)),
                 name=name,
                 output=self._setting("output", "raytrace.png"),
                 warnings=self.warnings,
@@ -114,6 +117,18 @@ class SceneState:
         except InputError as error:
             _, line = self._settings.get(error.argument.split()[0], (None, self.line))
             raise error.at(f"{self.where}:{line}") from None
+
+    def _inside(self, width: int, height: int) -> Iterator[ExpectedPixel]:
+        """The expected pixels, each of the image, none twice."""
+        taken: set[tuple[int, int]] = set()
+        for pixel, line in self._pixels:
+            place, where = (pixel.x, pixel.y), f"{self.where}:{line}"
+            if pixel.x >= width or pixel.y >= height:
+                raise InputError("expectPixel", place, f"a pixel of {width} x {height}, from 0", where)
+            if place in taken:
+                raise InputError("expectPixel", f"{place} a second time", "one for each pixel", where)
+            taken.add(place)
+            yield pixel
 
     def _set(self, command: str, value: Any) -> None:
         self._settings[command] = value, self.line
@@ -332,6 +347,12 @@ class SceneState:
         if self._sensors[-1].expected is not None:
             raise InputError("expect", "a second time", "one for each sensor")
         self._sensors[-1] = replace(self._sensors[-1], expected=_vec(v), percent=v[3])
+
+    def expect_pixel(self, *v: float) -> None:
+        """What a pixel should show."""
+        if len(self._pixels) == MAX_SENSORS:
+            raise InputError("expectPixel", f"number {MAX_SENSORS + 1}", f"at most {MAX_SENSORS} in a scene")
+        self._pixels.append((ExpectedPixel(v[0], v[1], _vec(v[2:]), v[5]), self.line))  # type: ignore[arg-type]
 
 
 def _looking_at(sensor: Sensor) -> Camera:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from nusselt.renderer.expected_pixel import ExpectedPixel
 from nusselt.renderer.lights import Light
 from nusselt.renderer.lights.text import numbers, surface_of
 from nusselt.renderer.lobes import Lobe
@@ -53,6 +54,7 @@ def write_scene(scene: Scene) -> str:
         _settings(scene),
         (line for light in scene.lights for line in _light(light, vertices)),
         _sensors(scene.sensors),
+        _pixels(scene.pixels),
         _meshes(scene.meshes, kinds, vertices),
         _ellipsoids(scene.ellipsoids, kinds),
     )
@@ -88,6 +90,11 @@ def _sensors(sensors: Iterable[Sensor]) -> Iterator[str]:
         yield f"sensor {_numbers(*sensor.position, *sensor.normal)}"
         if sensor.expected is not None:
             yield f"expect {_numbers(*sensor.expected, sensor.percent)}"
+
+
+def _pixels(pixels: Iterable[ExpectedPixel]) -> Iterator[str]:
+    for pixel in pixels:
+        yield f"expectPixel {pixel.x} {pixel.y} {_numbers(*pixel.radiance, pixel.percent)}"
 
 
 def _material(material: Material, kinds: Sequence[type[Lobe]]) -> Iterator[str]:
