@@ -18,8 +18,8 @@ from nusselt.renderer.image import render
 from nusselt.renderer.scene_text import parse_scene, write_scene
 
 HEAD = "size 4 3\ncamera 0 0 4 0 0 0 0 1 0 45\n"
-ROOM = scene(floor(), lights=(lamp(),), size=(16, 12))
-AT = (7, 7)
+ROOM = scene(floor(), lights=(lamp(),), size=(32, 24))
+AT = (15, 14)
 
 
 def test_they_are_read_and_written_and_change_no_pixel():
@@ -58,7 +58,7 @@ def verdict_of(right, factor, percent, noisy=True):
     pixels = (ExpectedPixel(*AT, radiance, percent),)
     level = Level()
     known = judge(ours, Reference.of_image(exact, "ours", 1), passes=passes, margin=0.05, level=rest(level, pixels))
-    assert known.word == "agrees"
+    assert known.word == "agrees", known.reason
     return with_pixels(known, ours, passes, pixels, level)
 
 
@@ -76,7 +76,7 @@ def verdict_of(right, factor, percent, noisy=True):
 def test_a_row_holds_for_them_too(right, factor, percent, noisy, word):
     found = verdict_of(right, factor, percent, noisy)
     assert found.word == word
-    assert ("pixel 7, 7 is off what is expected by" in found.reason) == (word != "agrees")
+    assert ("pixel 15, 14 is off what is expected by" in found.reason) == (word != "agrees")
 
 
 def test_right_readings_differ_no_more_often_than_declared():
@@ -103,6 +103,6 @@ def test_a_check_judges_them():
     made = ROOM.with_(pixels=(ExpectedPixel(*AT, radiance, 1.0),))
     row = check(made, Question(estimator="exact", margin=0.01), command="", references=References()).row
     assert (row["verdict"], row["as_claimed"]) == ("differs", False)
-    assert "pixel 7, 7 is off what is expected by [-9.09" in row["reason"]
+    assert "pixel 15, 14 is off what is expected by [-9.09" in row["reason"]
     with pytest.raises(InputError, match="pixels of 4 x 3"):
         check(made.with_(width=4, height=3), Question(margin=0.5), command="", references=References())
