@@ -95,9 +95,12 @@ class _Read:
 def scene_of(path: Path, as_diffuse: bool) -> Scene:
     """The scene of a file's stage, at the earliest time that its attributes have."""
     try:
-        stage = Usd.Stage.Open(str(path))
-    except Tf.ErrorException as error:
+        return _scene_of(Usd.Stage.Open(str(path)), path, as_diffuse)
+    except (Tf.ErrorException, UnicodeDecodeError) as error:  # values of a damaged file are unpacked late
         raise InputError("scene", "not opened", f"what usd-core opens: {_line(error)}", str(path)) from None
+
+
+def _scene_of(stage: Any, path: Path, as_diffuse: bool) -> Scene:
     for problem in stage.GetCompositionErrors():
         raise InputError("scene", "not composed", f"what usd-core composes: {_line(problem)}", str(path))
     read = _Read(str(path), as_diffuse)
@@ -110,7 +113,11 @@ def scene_of(path: Path, as_diffuse: bool) -> Scene:
 
 
 def _line(problem: object) -> str:
-    return " ".join(str(problem).split())[:200]
+    """usd-core's words, which may quote a damaged file."""
+    try:
+        return " ".join(str(problem).split())[:200]
+    except UnicodeDecodeError:
+        return "UTF-8"
 
 
 def _seen(stage: Any, read: _Read) -> Iterator[Prim]:
