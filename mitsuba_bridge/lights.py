@@ -246,9 +246,17 @@ def _(light: SphereLight) -> tuple[Triangle, float]:
 
 @cover.register(QuadLight)
 @cover.register(TriangleLight)
-@cover.register(MeshLight)
-def _(light: QuadLight | TriangleLight | MeshLight) -> tuple[Triangle, float]:
+def _(light: QuadLight | TriangleLight) -> tuple[Triangle, float]:
     return light.body().corners, 0.0
+
+
+@cover.register
+def _(light: MeshLight) -> tuple[Triangle, float]:
+    """Its triangles, or a ball about them where they are many."""
+    if light.count <= PIECES:
+        return light.body().corners, 0.0
+    place, radius = light.middle()
+    return (place, place, place), radius
 
 
 @cover.register
@@ -259,6 +267,8 @@ def _(light: DiskLight) -> tuple[Triangle, float]:
     return (np.repeat(column(light.center), SIDES, axis=1), rim, np.roll(rim, -1, axis=1)), 0.0
 
 
+PIECES = 4096
+"""Triangles of a light that are looked at one by one."""
 SIDES = 48
 """Of the polygon around a disk: 0.2 % of the radius too far out."""
 

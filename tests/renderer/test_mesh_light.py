@@ -8,8 +8,10 @@ from builders import box, floor, quad, scene, sphere_mesh
 from scipy.stats import chi2
 from test_lights import shading_points_of
 
+from nusselt.mitsuba_bridge.limits import clearance
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Analytic, Area, Exact
+from nusselt.renderer.geometry.arrays import build_geometry
 from nusselt.renderer.image import render
 from nusselt.renderer.lights import MeshLight, QuadLight, TriangleLight
 from nusselt.renderer.lights.sampling import unit_square
@@ -142,3 +144,17 @@ def test_too_many_triangles_are_refused():
     grid = np.repeat(np.arange(3)[:, None], 100_001, axis=1)
     with pytest.raises(InputError, match="1 to 100000 triangles"):
         MeshLight(Mesh(np.eye(3), grid), RADIANCE)
+
+
+def test_how_far_it_is_from_what_it_lights_is_that_of_its_nearest_triangle():
+    """With fewer triangles before it than it has, and more; and a ball about it, from below, where it has very many."""
+    light = MeshLight(replace(sphere_mesh(4, 0.4), vertices=sphere_mesh(4, 0.4).vertices + 1.0), RADIANCE)
+    few, many = (build_geometry(scene(mesh)) for mesh in (floor(2.0), sphere_mesh(8, 0.5)))
+    for geometry in (few, many):
+        index = np.arange(geometry.triangles)
+        one, _ = clearance(light, geometry, index)
+        apart = np.min([clearance(part, geometry, index)[0] for part in triangles_of(light)], axis=0)
+        np.testing.assert_allclose(one[np.isfinite(apart)], apart[np.isfinite(apart)], rtol=1e-12)
+    fine = MeshLight(replace(sphere_mesh(34, 0.4), vertices=sphere_mesh(34, 0.4).vertices + 1.0), RADIANCE)
+    assert fine.count > 4096
+    assert 0.5 < clearance(fine, few, np.arange(2))[0].min() <= 0.6

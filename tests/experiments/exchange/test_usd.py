@@ -245,7 +245,7 @@ def test_what_is_no_stage_is_refused(tmp_path):
     (tmp_path / "a.usda").write_text("#usda 1.0\ndef Xform {")
     with pytest.raises(InputError, match="what usd-core opens"):
         read_usd(tmp_path / "a.usda")
-    (tmp_path / "a.usda").write_bytes(b"#usda 1.0\ndef Xform \"\x8d\" {\n}\n")
+    (tmp_path / "a.usda").write_bytes(b'#usda 1.0\ndef Xform "\x8d" {\n}\n')
     with pytest.raises(InputError, match="what usd-core opens"):
         read_usd(tmp_path / "a.usda")
     with pytest.raises(InputError, match="one UsdGeomCamera"):
