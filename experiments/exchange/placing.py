@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
@@ -89,9 +88,3 @@ def looking(matrix: Floats, fov_y: float, forward: float) -> Camera:
         raise InputError("camera transform", "a sheared one", "one that turns, moves or scales")
     origin = matrix[:3, 3]
     return Camera(triple(origin), triple(origin + forward * axes[:, 2]), triple(axes[:, 1]), fov_y)
-
-
-_CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3))).T
-_SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
-CUBE = (_CORNERS, np.array([t for a, b, c, d in _SIDES for t in ((a, b, c), (a, c, d))]).T)
-"""From -1 to 1."""

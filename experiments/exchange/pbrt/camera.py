@@ -16,7 +16,7 @@ from .tokens import Directive
 SIZE = (1280, 720)
 """Of a film that says none."""
 MIRROR = np.diag([-1.0, 1.0, 1.0, 1.0])
-NO_PART = ("filename", "diagonal", "savefp16", "maxcomponentvalue")
+NO_PART = ("filename", "diagonal", "savefp16")
 """Of a film: what changes no radiance in the scenes that are read."""
 
 

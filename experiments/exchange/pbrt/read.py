@@ -57,10 +57,13 @@ class _Reader:
             if directive.name in ("Include", "Import"):
                 if depth == DEEPEST:
                     raise directive.refused(directive.kind, f"files that include files at most {DEEPEST} deep")
+                kept = self.state
                 try:
                     self.include(find_inside(self.folder, directive.kind), depth + 1)
                 except InputError as error:
                     raise (error if error.where else error.at(directive.where)) from None
+                if directive.name == "Import":  # what an imported file sets ends with it
+                    self.state = kept
             else:
                 self.take(directive)
 

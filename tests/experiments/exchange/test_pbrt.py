@@ -156,6 +156,9 @@ def test_attributes_named_materials_and_comments(tmp_path):
     )
     made = read(tmp_path, body)
     assert [mesh.material.diffuse for mesh in made.meshes] == [(0.5, 0.25, 0.125), (0.5, 0.5, 0.5)]
+    (tmp_path / "moves.pbrt").write_text("Translate 1 0 0\n")
+    for word, right in (("Include", -1), ("Import", 0)):
+        assert read(tmp_path, f'{word} "moves.pbrt"\n{TRI}').meshes[0].vertices[0].max() == right
     both = read(tmp_path, body + 'LightSource "point" "rgb I" [1 2 3]\n')
     assert any("pbrt multiplies spectra" in note for note in both.warnings)
     metal = read(tmp_path, 'Material "conductor"\n' + TRI, as_diffuse=True)
