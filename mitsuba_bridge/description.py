@@ -129,13 +129,13 @@ class _Files:
         return {"kind": "ply", "file": name, "smooth": False}
 
     def light(self, light: Light, number: int, reach: float) -> dict[str, Any]:
-        """A light; one that is a triangle is a mesh."""
+        """A light; one that is triangles is a mesh."""
         entry = described(light, self.place, self.scale, reach) | {"body": light.body() is not None}
-        corners = entry.pop("corners", None)
+        corners, triangles = entry.pop("corners", None), entry.pop("triangles", None)
         if corners is None:
             return entry
         name = f"{self.stem}-light{number}.ply"
-        write_ply(self.folder / name, np.array(corners).T, np.arange(3)[:, None])
+        write_ply(self.folder / name, np.array(corners).T, np.array(triangles))
         return {**entry, "file": name}
 
     def ball(self, ellipsoid: Ellipsoid, number: int) -> dict[str, Any]:

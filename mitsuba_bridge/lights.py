@@ -19,6 +19,7 @@ from nusselt.renderer.lights import (
     DirectionalLight,
     DiskLight,
     Light,
+    MeshLight,
     PointLight,
     QuadLight,
     SkyLight,
@@ -124,7 +125,18 @@ def _(light: SphereLight, place: Place, scale: float, reach: float = SIZE) -> di
 @described.register
 def _(light: TriangleLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
     corners = [place(corner).tolist() for corner in (light.a, light.b, light.c)]
-    return {"kind": "ply", "corners": corners, "radiance": rgb(light.radiance)}
+    return {"kind": "ply", "corners": corners, "triangles": [[0], [1], [2]], "radiance": rgb(light.radiance)}
+
+
+@described.register
+def _(light: MeshLight, place: Place, scale: float, reach: float = SIZE) -> dict[str, Any]:
+    corners = [place(corner).tolist() for corner in light.surface.vertices.T]
+    return {
+        "kind": "ply",
+        "corners": corners,
+        "triangles": light.surface.triangles.tolist(),
+        "radiance": rgb(light.radiance),
+    }
 
 
 @described.register
@@ -166,6 +178,7 @@ def approximations(light: Light) -> list[str]:
 @approximations.register(SphereLight)
 @approximations.register(SkyLight)
 @approximations.register(TriangleLight)
+@approximations.register(MeshLight)
 @approximations.register(PointLight)
 @approximations.register(SpotLight)
 @approximations.register(CosineLight)
@@ -188,6 +201,7 @@ def strata_alike(light: Light) -> bool:
 @strata_alike.register(QuadLight)
 @strata_alike.register(SkyLight)
 @strata_alike.register(TriangleLight)
+@strata_alike.register(MeshLight)
 @strata_alike.register(PointLight)
 @strata_alike.register(SpotLight)
 @strata_alike.register(CosineLight)
@@ -237,6 +251,15 @@ def _(light: QuadLight | TriangleLight) -> tuple[Triangle, float]:
 
 
 @cover.register
+def _(light: MeshLight) -> tuple[Triangle, float]:
+    """Its triangles, or a ball about them where they are many."""
+    if light.count <= PIECES:
+        return light.body().corners, 0.0
+    place, radius = light.middle()
+    return (place, place, place), radius
+
+
+@cover.register
 def _(light: DiskLight) -> tuple[Triangle, float]:
     x, y = frame(column(light.normal))
     angle = 2 * math.pi * np.arange(SIDES) / SIDES
@@ -244,6 +267,8 @@ def _(light: DiskLight) -> tuple[Triangle, float]:
     return (np.repeat(column(light.center), SIDES, axis=1), rim, np.roll(rim, -1, axis=1)), 0.0
 
 
+PIECES = 4096
+"""Triangles of a light that are looked at one by one."""
 SIDES = 48
 """Of the polygon around a disk: 0.2 % of the radius too far out."""
 
@@ -257,6 +282,7 @@ def rounding(light: Light, points: Floats) -> Floats:
 @rounding.register(QuadLight)
 @rounding.register(SkyLight)
 @rounding.register(TriangleLight)
+@rounding.register(MeshLight)
 @rounding.register(DiskLight)
 @rounding.register(PointLight)
 @rounding.register(CosineLight)

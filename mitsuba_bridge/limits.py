@@ -39,6 +39,11 @@ def close_blockers(scene: Scene, points: Floats, half: float) -> list[str]:
         bodies = np.flatnonzero(geometry.light[geometry.ellipsoid_surface] != number)
         to_triangle, to_ellipsoid = clearance(light, geometry, others, bodies)
         distance = min(to_triangle.min(initial=np.inf), to_ellipsoid.min(initial=np.inf))
+        if light.hides_itself:
+            notes.append(
+                f"light {number + 1} may hide parts of itself: Mitsuba up to 3.9 looks past what is closer to a light "
+                "than a thousandth of the way, so that its hollow edges shine where they are hidden"
+            )
         if light.at_infinity or not distance < np.inf:
             continue
         reach = CLOSE * float(np.sqrt(((points[:, :, None] - light.hull()[:, None]) ** 2).sum(axis=0)).max())
@@ -120,14 +125,24 @@ def clearance(light: Light, geometry: Geometry, triangles: Ints, bodies: Ints | 
     pieces = list(zip(*(points.T[:, :, None] for points in covering), strict=True))
     if bodies is not None:
         before_bodies &= np.isin(np.arange(g.ellipsoids), bodies)
-    for piece in pieces:
-        is_point = not (piece[0] != piece[1]).any()
-        away = distance_to_triangles(piece[0], *ahead) if is_point else between_triangles(piece, ahead)
-        to_triangle[before] = np.minimum(to_triangle[before], away)
+    to_triangle[before] = _between(covering, pieces, ahead)
     for body in np.flatnonzero(before_bodies):
         shape = g.center[:, [body]], g.axes[body], g.inverse[body]
         to_ellipsoid[body] = min((from_ellipsoid(*shape, *piece).item() for piece in pieces), default=np.inf)
     return np.maximum(to_triangle - around, 0.0), np.maximum(to_ellipsoid - around, 0.0)
+
+
+def _between(covering: Triangle, pieces: list[Triangle], ahead: Triangle) -> Floats:
+    """How far each triangle (t,) is from the nearest piece of a light; whichever are fewer are taken one by one."""
+    nearest = np.full(ahead[0].shape[1], np.inf)
+    if len(pieces) > nearest.size:
+        each = zip(*(points.T[:, :, None] for points in ahead), strict=True)
+        return np.array([between_triangles(one, covering).min() for one in each])
+    for piece in pieces:
+        is_point = not (piece[0] != piece[1]).any()
+        away = distance_to_triangles(piece[0], *ahead) if is_point else between_triangles(piece, ahead)
+        nearest = np.minimum(nearest, away)
+    return nearest
 
 
 def _before(light: Light, g: Geometry, corners: Triangle) -> tuple[Bools, Bools]:

@@ -153,7 +153,7 @@ def _blockers(geometry: Geometry, index: int, light: Light, receivers: Floats) -
     (the triangle behind it). First its own plane against all receivers at once, then pair by pair.
     """
     points, at_infinity = light.hull(), light.at_infinity
-    found = Blockers.around(geometry, index).between(receivers, points, at_infinity)
+    found = Blockers.around(geometry, index, light.hides_itself).between(receivers, points, at_infinity)
     found = replace(found, disks=_before(geometry, light, found.disks))
     lit = np.flatnonzero(geometry.reflects[geometry.triangle_surface])
     # Beyond a few thousand, their planes tell little.
@@ -222,8 +222,10 @@ def find_needs(scene: Scene, geometry: Geometry, everything: bool = False) -> Ne
         Leave nothing out: the same image to rounding, at full price.
     """
     if everything:
-        wholes = [Blockers.around(geometry, index).gathered() for index in range(len(scene.lights))]
-        pairs = enumerate(zip(scene.lights, wholes, strict=True))
+        pairs = enumerate(
+            (light, Blockers.around(geometry, index, light.hides_itself).gathered())
+            for index, light in enumerate(scene.lights)
+        )
         return Needs(tuple(Source(index, light, whole, True) for index, (light, whole) in pairs), ())
     receivers = _receivers(geometry)
     left_out: list[LeftOut] = []

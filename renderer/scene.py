@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from .errors import InputError
+from .expected_pixel import ExpectedPixel
 from .lights import Light, QuadLight
 from .sensor import Sensor
 from .surfaces import Ellipsoid, Material, Mesh
@@ -97,6 +98,8 @@ class Scene:
         Whether surfaces also reflect at their back.
     sensors : tuple of Sensor
         Points whose irradiance is asked for. They change no pixel.
+    pixels : tuple of ExpectedPixel
+        What some pixels should show. They change none.
     name, output : str
         For reports; the file's own name for its PNG.
     warnings : tuple of str
@@ -120,6 +123,7 @@ class Scene:
     spp: int = 1
     two_sided: bool = False
     sensors: tuple[Sensor, ...] = ()
+    pixels: tuple[ExpectedPixel, ...] = ()
     name: str = "scene"
     output: str = "raytrace.png"
     warnings: tuple[str, ...] = field(default=(), compare=False)
@@ -162,7 +166,7 @@ class Scene:
         """SHA-256 of everything that can change a pixel, as hex; names and warnings left out."""
         told = hashlib.sha256()
         for entry in fields(self):
-            if entry.name in ("name", "output", "warnings", "lines", "meshes", "sensors", "origin"):
+            if entry.name in ("name", "output", "warnings", "lines", "meshes", "sensors", "pixels", "origin"):
                 continue
             told.update(f"{entry.name}={getattr(self, entry.name)!r};".encode())
         for mesh in self.meshes:

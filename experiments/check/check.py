@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from nusselt.experiments.verdict.expected import rest, with_pixels
 from nusselt.experiments.verdict.judge import Verdict, judge
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable, render_reference
@@ -189,9 +190,10 @@ def check(
     expectations = expectations_of(scene, estimator, first, question.timeout, executor, references.offsets)
     expectations = with_grains(expectations, scene, estimator, passes, reference)
     seconds = seconds | {"expectations": time.perf_counter() - started}
-    known: dict[str, Any] = {"passes": passes, "margin": question.margin, "level": question.level}
+    known: dict[str, Any] = {"passes": passes, "margin": question.margin, "level": rest(question.level, scene.pixels)}
     verdict = judge(ours, reference, **known, expectations=expectations)
     verdict = reconsidered(
         verdict, scene, ours, reference, **known, expectations=expectations, seed=first, executor=executor
     )
+    verdict = with_pixels(verdict, ours, passes, scene.pixels, question.level)
     return Answer(row_of(head, verdict, reference, seconds), ours, reference, verdict)

@@ -12,6 +12,7 @@ import numpy as np
 
 from nusselt.experiments.verdict.evidence import Expectations
 from nusselt.mitsuba_bridge.lights import strata_alike
+from nusselt.mitsuba_bridge.origin import own_file
 from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable
 from nusselt.mitsuba_bridge.variance import Setting, measure_spread
@@ -76,7 +77,7 @@ def offset_of(scene: Scene) -> RayOffset | None:
     if not needs.visibility or geometry.triangles > SURFACES:
         return None
     try:
-        return mitsuba_offset(scene)
+        return mitsuba_offset(scene, normalise=own_file(scene) is None)
     except (ReferenceUnavailable, InputError):
         return None
 

@@ -26,7 +26,7 @@ class Reading:
     two_sided : bool
         Surfaces reflect at their back too.
     as_diffuse : bool
-        Of Mitsuba files: put diffuse surfaces in the place of others.
+        Of other programs' files: put diffuse surfaces in the place of others.
     """
 
     lenient: bool = False

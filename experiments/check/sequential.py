@@ -15,6 +15,7 @@ from typing import Any
 
 from nusselt.experiments.results.store import Store, key_of
 from nusselt.experiments.verdict.evidence import Expectations
+from nusselt.experiments.verdict.expected import rest, with_pixels
 from nusselt.experiments.verdict.judge import judge
 from nusselt.experiments.verdict.pooling import combine_images, combine_references
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable, render_reference
@@ -163,14 +164,15 @@ def check_until(
 def _look(sides: Sides, question: Question, expectations: Expectations, look: int, command: str) -> Answer:
     """Judge everything so far, at this look's share of the false-alarm rate."""
     ours, reference = combine_images(sides.ours), combine_references(sides.references)
-    level = question.level.at_time(time_of(look))
+    level, pixels = question.level.at_time(time_of(look)), sides.scene.pixels
     expectations = with_grains(expectations, sides.scene, sides.estimator, sides.passes, reference)
-    known: dict[str, Any] = {"passes": sides.passes, "margin": question.margin, "level": level}
+    known: dict[str, Any] = {"passes": sides.passes, "margin": question.margin, "level": rest(level, pixels)}
     verdict = judge(ours, reference, **known, expectations=expectations)
     seed = seeds(question.seed, sides.scene.name)[0]
     verdict = reconsidered(
         verdict, sides.scene, ours, reference, **known, expectations=expectations, seed=seed, executor=sides.executor
     )
+    verdict = with_pixels(verdict, ours, sides.passes, pixels, level)
     head = head_of(sides.scene, sides.estimator, ours, sides.passes, question.margin, question.seed, command)
     seconds = sides.seconds | {"mitsuba": reference.seconds}
     return Answer(row_of(head, verdict, reference, seconds) | {"looks": look}, ours, reference, verdict)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from nusselt.experiments.exchange.pbrt import read_pbrt
+from nusselt.experiments.exchange.usd import SUFFIXES, read_usd
 from nusselt.experiments.images.kinds import kind_of
 from nusselt.mitsuba_bridge.own import read_mitsuba
 from nusselt.renderer.errors import InputError
@@ -15,6 +18,12 @@ from nusselt.renderer.scene_text import read_scene
 from .procedural import GENERATED, generated
 
 FOLDER = Path(__file__).parent
+OTHERS: dict[str, Callable[..., Scene]] = {
+    ".xml": read_mitsuba,
+    ".pbrt": read_pbrt,
+    **dict.fromkeys(SUFFIXES, read_usd),
+}
+"""Readers of other programs' scenes, by the ending of their names."""
 
 CLASSIC = (
     "quad",
@@ -76,7 +85,7 @@ def file_of(name: str) -> Path | None:
 
 
 def load(name: str, lenient: bool = False, as_diffuse: bool = False) -> Scene:
-    """A scene by file name (our text, or Mitsuba's XML), or a classic or generated one by its name.
+    """A scene by file name (our text, or what `OTHERS` lists), or a classic or generated one by its name.
 
     Raises
     ------
@@ -90,8 +99,8 @@ def load(name: str, lenient: bool = False, as_diffuse: bool = False) -> Scene:
         path = FOLDER / f"{name}.test"
     elif not path.exists():
         raise InputError("scene", name, "a scene file, or one of " + ", ".join((*CLASSIC, *GENERATED)))
-    if path.suffix.lower() == ".xml":
-        return read_mitsuba(path, as_diffuse=as_diffuse)
+    if path.suffix.lower() in OTHERS:
+        return OTHERS[path.suffix.lower()](path, as_diffuse=as_diffuse)
     if kind := kind_of(path):
         raise InputError("scene", f"a {kind.lstrip('.')} image", "a scene file, which is text", name)
     return read_scene(path, lenient=lenient).with_(name=path.stem)

@@ -11,18 +11,20 @@ from nusselt.renderer.lights import (
     DirectionalLight,
     DiskLight,
     Light,
+    MeshLight,
     PointLight,
     QuadLight,
     SkyLight,
     SphereLight,
     SpotLight,
-    TriangleLight,
 )
+from nusselt.renderer.lights.of_triangles import of_triangles
+from nusselt.renderer.surfaces import Material
 from nusselt.renderer.validation import Vec3
-from nusselt.renderer.vectors import Floats, Ints
+from nusselt.renderer.vectors import Floats
 
 from .nodes import Node, triple
-from .shapes import FILES, ROUND, round_axes, triangles_of
+from .shapes import CUBE, FILES, ROUND, mesh_of, round_axes, triangles_of
 
 
 def _point(node: Node) -> Light:
@@ -120,37 +122,21 @@ def _sphere(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
 
 
 def _mesh(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
-    """One triangle, or two that are a parallelogram: Mitsuba has loaded them, placed by their own transform."""
+    """One triangle, two that are a parallelogram, or more: Mitsuba has loaded them, placed by their own transform."""
     vertices, faces = triangles_of(shape)
     turned = faces[::-1] if shape.flag("flip_normals") else faces
-    if faces.shape[1] == 1:
-        a, b, c = (triple(vertices[:, k]) for k in turned[:, 0])
-        return TriangleLight(a, b, c, radiance)
-    corner = _parallelogram(vertices, turned) if faces.shape[1] == 2 else None
-    if corner is None:
-        raise shape.refused(
-            f"{faces.shape[1]} triangles with an emitter", "a triangle, or two that are a parallelogram"
-        )
-    p, ab, ac = (triple(v) for v in corner)
-    return QuadLight(p, ac, ab, radiance)  # ours shines along -(ab x ac)
+    return of_triangles(vertices, turned.astype(np.int64), radiance)
 
 
-def _parallelogram(vertices: Floats, faces: Ints) -> tuple[Floats, Floats, Floats] | None:
-    """A corner and the edges from it, counter-clockwise from the front, of two triangles; None if they are none."""
-    first, second = (vertices[:, faces[:, k]] for k in range(2))
-    size = np.abs(first - first[:, :1]).max()
-    for k in range(3):  # the corner that the other triangle has not
-        corner, nxt, last = (first[:, (k + step) % 3] for step in range(3))
-        if any(np.abs(second[:, j] - (nxt + last - corner)).max() < ROUND * size for j in range(3)):
-            shared = [min(np.abs(second[:, j] - v).max() for j in range(3)) for v in (nxt, last)]
-            return (corner, nxt - corner, last - corner) if max(shared) < ROUND * size else None
-    return None
+def _cube(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
+    return MeshLight(mesh_of(*CUBE, matrix, shape, Material()), radiance)
 
 
 AREAS: dict[str, Callable[[Node, Floats, Vec3], Light]] = {
     "rectangle": _quad,
     "disk": _disk,
     "sphere": _sphere,
+    "cube": _cube,
     **dict.fromkeys(FILES, _mesh),
 }
 """Shapes that may emit, by plugin."""

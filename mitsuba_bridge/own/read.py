@@ -10,8 +10,6 @@ import numpy as np
 
 from nusselt.mitsuba_bridge.limits import farthest
 from nusselt.mitsuba_bridge.origin import content
-from nusselt.renderer.camera.rays import pixel_centres
-from nusselt.renderer.camera.view import look
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.geometry.arrays import build_geometry
 from nusselt.renderer.lights import Light
@@ -19,6 +17,7 @@ from nusselt.renderer.scene import Origin, Scene
 from nusselt.renderer.surfaces import Ellipsoid, Mesh
 from nusselt.renderer.vectors import Floats
 
+from .backs import two_sided
 from .camera import camera_of
 from .emitters import area_light, light_of
 from .nodes import Node, read_nodes
@@ -100,7 +99,10 @@ def scene_of(root: Node, path: Path, as_diffuse: bool) -> Scene:
         warnings=tuple(dict.fromkeys(notes)),
     )
     _refuse_far(scene, path)
-    scene = scene.with_(two_sided=_two_sided(scene, bodies, path))
+    sides = [s.two_sided for b, s in bodies if isinstance(b, Mesh)] + [
+        s.two_sided for b, s in bodies if isinstance(b, Ellipsoid)
+    ]
+    scene = scene.with_(two_sided=two_sided(scene, sides, "twosided", str(path)))
     return scene.with_(origin=Origin(str(path.resolve()), tuple(node.index for node, _ in lights), content(scene)))
 
 
@@ -147,21 +149,3 @@ def _refuse_far(scene: Scene, path: Path) -> None:
     if away * SINGLE > 1e-5 * size > 0:
         held = f"{size:.3g} units at {away:.3g} from the origin"
         raise InputError("scene", held, "one near the origin: single precision does not hold this one", str(path))
-
-
-def _two_sided(scene: Scene, bodies: list[tuple[Mesh | Ellipsoid, OwnSurface]], path: Path) -> bool:
-    """Whether surfaces reflect at their back. Ours do all or none: what counts is the backs that are seen."""
-    kinds = [surface.two_sided for _, surface in bodies]
-    if len(set(kinds)) < 2:
-        return any(kinds)
-    order = [s.two_sided for b, s in bodies if isinstance(b, Mesh)] + [
-        s.two_sided for b, s in bodies if isinstance(b, Ellipsoid)
-    ]
-    geometry = build_geometry(scene)
-    x, y = pixel_centres(range(scene.width), range(scene.height))
-    view = look(scene, geometry, x, y)
-    seen = {order[k] for k in view.hits.surface[view.back].tolist()}
-    if seen == {True, False}:
-        accepted = "surfaces that reflect at their back all, or none, where that is seen"
-        raise InputError("twosided", "seen from behind, beside a surface that is not", accepted, str(path))
-    return seen != {False}

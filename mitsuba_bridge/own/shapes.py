@@ -29,11 +29,11 @@ def shape_of(shape: Node, matrix: Floats, material: Material) -> Mesh | Ellipsoi
         shape.only(
             *("filename", "to_world", "face_normals", "flip_normals", "flip_tex_coords", "shape_index"), *IGNORED
         )
-        return _mesh(*triangles_of(shape), matrix, shape, material)
+        return mesh_of(*triangles_of(shape), matrix, shape, material)
     if shape.plugin in ("rectangle", "cube"):
         shape.only("to_world", "flip_normals", *IGNORED)
         vertices, faces = RECTANGLE if shape.plugin == "rectangle" else CUBE
-        return _mesh(vertices, faces, matrix @ shape.matrix(), shape, material)
+        return mesh_of(vertices, faces, matrix @ shape.matrix(), shape, material)
     raise shape.refused(shape.plugin, ", ".join(("rectangle", "cube", "sphere", "instance", *FILES)))
 
 
@@ -84,7 +84,7 @@ def _sphere(shape: Node, matrix: Floats, material: Material) -> Ellipsoid:
     return Ellipsoid.sphere((x, y, z), round_, material) if round_ is not None else found
 
 
-def _mesh(vertices: Floats, faces: Ints, matrix: Floats, shape: Node, material: Material) -> Mesh:
+def mesh_of(vertices: Floats, faces: Ints, matrix: Floats, shape: Node, material: Material) -> Mesh:
     """A mesh moved; one that is mirrored keeps its outside outside, as Mitsuba's normals do."""
     placed = matrix[:3, :3] @ vertices + matrix[:3, 3:]
     mirrored = np.linalg.det(matrix[:3, :3]) < 0

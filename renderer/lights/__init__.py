@@ -11,6 +11,7 @@ from nusselt.renderer.vectors import Floats, column
 from .cosine import CosineLight
 from .directional import DirectionalLight
 from .disk import DiskLight
+from .mesh import MeshLight
 from .point import PointLight
 from .protocol import Light, check_kind
 from .quad import QuadLight
@@ -30,6 +31,7 @@ LIGHTS: tuple[type[Light], ...] = (
     CosineLight,
     SphereLight,
     TriangleLight,
+    MeshLight,
     SkyLight,
 )
 """Every kind, once."""
@@ -43,6 +45,7 @@ __all__ = [
     "DirectionalLight",
     "DiskLight",
     "Light",
+    "MeshLight",
     "PointLight",
     "QuadLight",
     "SkyLight",

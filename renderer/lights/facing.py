@@ -30,9 +30,10 @@ def faced_by(corner: Floats, ab: Floats, ac: Floats, points: Floats) -> NDArray[
 def solid_angle(inwards: Floats, d: Floats) -> Floats:
     """Solid angle (n, k) that an area stands for along ways d (3, n, k) to it: A cos(theta_l) / R^2, 0 at its back.
 
-    A cos(theta_l) R = a . d with a (3, 1) as long as the area and pointing out at the back: no unit normal is needed.
+    A cos(theta_l) R = a . d with a, (3, 1) or one for each way, as long as the area and pointing out at the back: no
+    unit normal is needed.
     """
     length2 = dot(d, d)
-    facing = np.maximum(dot(inwards[:, :, None], d), 0)
+    facing = np.maximum(dot(inwards if inwards.ndim == 3 else inwards[:, :, None], d), 0)
     # A point that lies on the light itself sees it edge-on: nothing, not 0/0.
     return np.divide(facing, length2 * np.sqrt(length2), out=np.zeros_like(facing), where=length2 > 0)

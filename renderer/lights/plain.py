@@ -17,6 +17,10 @@ class Plain:
 
     surrounds: ClassVar[bool] = False
 
+    @property
+    def hides_itself(self) -> bool:
+        return False
+
     def parallelogram(self) -> None:
         return None
 

@@ -42,6 +42,10 @@ class Light(Protocol):
         """The same light of another colour."""
 
     @property
+    def hides_itself(self) -> bool:
+        """Whether its body may stand between points and its own front: a round, flat or convex one does not."""
+
+    @property
     def area(self) -> float:
         """Of its surface, in square scene units; 0 where it has none."""
 

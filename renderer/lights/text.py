@@ -19,10 +19,13 @@ class Text:
     arguments : str
         One word for each field of the light, in their order: ``name:xyz`` a point or direction, ``name:rgb`` a colour,
         ``name`` a number.
+    of_surface : bool
+        Whether the light's first field is a mesh, that of the triangles which the text names after the command.
     """
 
     command: str
     arguments: str
+    of_surface: bool = False
 
     @property
     def widths(self) -> tuple[int, ...]:
@@ -33,15 +36,25 @@ class Text:
 def numbers(light: Any) -> tuple[float, ...]:
     """A light's numbers, as its command gives them."""
     values: list[float] = []
-    for entry, width in zip(fields(light), light.TEXT.widths, strict=True):
+    for entry, width in zip(_said(light), light.TEXT.widths, strict=True):
         value = getattr(light, entry.name)
         values += value if width == 3 else [value]
     return tuple(values)
 
 
-def from_numbers(kind: Callable[..., Kind], text: Text, values: Sequence[float]) -> Kind:
-    """The light of a kind that those numbers stand for."""
-    left, given = list(values), []
+def _said(light: Any) -> Sequence[Any]:
+    """The fields that the command's numbers are."""
+    return fields(light)[light.TEXT.of_surface :]
+
+
+def surface_of(light: Any) -> Any:
+    """The surface of a light that is ``of_surface``."""
+    return getattr(light, fields(light)[0].name)
+
+
+def from_numbers(kind: Callable[..., Kind], text: Text, values: Sequence[float], *surface: Any) -> Kind:
+    """The light of a kind that those numbers, and its surface if it is ``of_surface``, stand for."""
+    left, given = list(values), [*surface]
     for width in text.widths:
         given.append(tuple(left[:3]) if width == 3 else left[0])
         del left[:width]
@@ -51,4 +64,4 @@ def from_numbers(kind: Callable[..., Kind], text: Text, values: Sequence[float])
 def vector_fields(light: Any) -> tuple[str, ...]:
     """The fields that hold a point or a direction."""
     words = light.TEXT.arguments.split()
-    return tuple(entry.name for entry, word in zip(fields(light), words, strict=True) if word.endswith(":xyz"))
+    return tuple(entry.name for entry, word in zip(_said(light), words, strict=True) if word.endswith(":xyz"))

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from nusselt.renderer.errors import InputError
@@ -96,7 +97,10 @@ def _ignored(name: str, read: Callable[[str, str], Any], arguments: str, why: st
 
 def _light_command(kind: type[Light]) -> Command:
     def act(state: SceneState, *values: float) -> None:
-        state.light(from_numbers(kind, kind.TEXT, values))
+        if kind.TEXT.of_surface:
+            state.lit(partial(from_numbers, kind, kind.TEXT, values), any(values))
+        else:
+            state.light(from_numbers(kind, kind.TEXT, values))
 
     return _command(act, _number, kind.TEXT.arguments)
 
@@ -151,6 +155,7 @@ COMMANDS = {
     "sensor": _command(SceneState.sensor, _number, "at:xyz normal:xyz"),
     "sensorGrid": _command(SceneState.sensor_grid, _number, "corner:xyz ab:xyz ac:xyz normal:xyz nab nac"),
     "expect": _command(SceneState.expect, _number, "irradiance:rgb percent"),
+    "expectPixel": _command(SceneState.expect_pixel, _number, "x y radiance:rgb percent"),
     "brdf": _command(SceneState.brdf, _word, "name"),
     **_ignored("roughness", _number, "alpha", "brdf ggx alone has one"),
     "attenuation": _command(SceneState.attenuation, _number, "constant linear quadratic"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.expected_pixel import ExpectedPixel
 from nusselt.renderer.lights import Light, PointLight
 from nusselt.renderer.mesh_files import Surface, find_inside, read_mesh_file
 from nusselt.renderer.scene import INTEGRATORS, Camera, Scene
@@ -56,8 +57,10 @@ class SceneState:
         self._settings: dict[str, tuple[Any, int]] = {}  # by command: its value, its line
         self._parameters: dict[str, Any] = {}  # of lobes, by command
         self._material, self._emission_line = Material(), 0
+        self._lit: Callable[[Mesh], Light] | None = None  # what makes lights of surfaces
         self._meshes, self._ellipsoids, self._lights = list[Mesh](), list[Ellipsoid](), list[Light]()
         self._sensors = list[Sensor]()
+        self._pixels = list[tuple[ExpectedPixel, int]]()  # and the line of each
         self._lines: tuple[list[int], list[int], list[int]] = ([], [], [])
         self._surfaces: dict[str, Surface] = {}  # by file name
         self._attenuated, self._bare_point = False, 0  # is there a law for points, line of the first without one
@@ -105,6 +108,7 @@ class SceneState:
                 stratify=self._setting("lightstratify", False),
                 spp=self._setting("spp", 1),
                 sensors=tuple(self._sensors),
+                pixels=tuple(self._inside(width, height)),
                 name=name,
                 output=self._setting("output", "raytrace.png"),
                 warnings=self.warnings,
@@ -113,6 +117,18 @@ class SceneState:
         except InputError as error:
             _, line = self._settings.get(error.argument.split()[0], (None, self.line))
             raise error.at(f"{self.where}:{line}") from None
+
+    def _inside(self, width: int, height: int) -> Iterator[ExpectedPixel]:
+        """The expected pixels, each of the image, none twice."""
+        taken: set[tuple[int, int]] = set()
+        for pixel, line in self._pixels:
+            place, where = (pixel.x, pixel.y), f"{self.where}:{line}"
+            if pixel.x >= width or pixel.y >= height:
+                raise InputError("expectPixel", place, f"a pixel of {width} x {height}, from 0", where)
+            if place in taken:
+                raise InputError("expectPixel", f"{place} a second time", "one for each pixel", where)
+            taken.add(place)
+            yield pixel
 
     def _set(self, command: str, value: Any) -> None:
         self._settings[command] = value, self.line
@@ -211,13 +227,13 @@ class SceneState:
         for note in (*surface.notes, *[f"{count(dropped, 'triangle')} without area: dropped"] * bool(dropped)):
             self.warn(f"{name}: {note}", self.place)
         self._close_mesh()
-        self._meshes.append(Mesh(surface.vertices, surface.triangles, self._material))
-        self._lines[0].append(self.line)
-        self._tell_emission()
+        self._add_mesh(Mesh(surface.vertices, surface.triangles, self._material), self.line)
 
     def sphere(self, x: float, y: float, z: float, radius: float) -> None:
         if radius <= 0:
             raise InputError("sphere radius", radius, "a radius above 0")
+        if self._lit is not None:
+            raise InputError("sphere", "after meshLight", "tri or mesh; sphereLight is a ball that shines")
         a, b, c = ((i * radius, j * radius, k * radius) for i, j, k, _ in self.transform)
         center = transforms.apply(self.transform, (x, y, z))
         ellipsoid = Ellipsoid(center, (a, b, c), self._material)
@@ -269,9 +285,21 @@ class SceneState:
     def _close_mesh(self) -> None:
         first = self.pile.first_line
         if mesh := self.pile.close(self._material):
-            self._meshes.append(mesh)
-            self._lines[0].append(first)
-            self._tell_emission()
+            self._add_mesh(mesh, first)
+
+    def _add_mesh(self, mesh: Mesh, line: int) -> None:
+        """A surface, or a light, from a line on."""
+        if self._lit is not None:
+            self._add_light(self._lit(mesh), line)
+            return
+        self._meshes.append(mesh)
+        self._lines[0].append(line)
+        self._tell_emission()
+
+    def lit(self, make: Callable[[Mesh], Light], shines: bool) -> None:
+        """Make lights of the surfaces that follow, or no more of them."""
+        self._close_mesh()
+        self._lit = make if shines else None
 
     def _tell_emission(self) -> None:
         if max(self._material.emission) > 0:
@@ -279,8 +307,13 @@ class SceneState:
             self.warn(message, f"{self.where}:{self._emission_line}")
 
     def light(self, light: Light) -> None:
+        if self._lit is not None:
+            self._close_mesh()  # lights stay in the order of their lines
+        self._add_light(light, self.line)
+
+    def _add_light(self, light: Light, line: int) -> None:
         self._lights.append(light)
-        self._lines[2].append(self.line)
+        self._lines[2].append(line)
         if isinstance(light, PointLight) and not self._attenuated and not self._bare_point:
             self._bare_point = self.line
 
@@ -314,6 +347,12 @@ class SceneState:
         if self._sensors[-1].expected is not None:
             raise InputError("expect", "a second time", "one for each sensor")
         self._sensors[-1] = replace(self._sensors[-1], expected=_vec(v), percent=v[3])
+
+    def expect_pixel(self, *v: float) -> None:
+        """What a pixel should show."""
+        if len(self._pixels) == MAX_SENSORS:
+            raise InputError("expectPixel", f"number {MAX_SENSORS + 1}", f"at most {MAX_SENSORS} in a scene")
+        self._pixels.append((ExpectedPixel(v[0], v[1], _vec(v[2:]), v[5]), self.line))  # type: ignore[arg-type]
 
 
 def _looking_at(sensor: Sensor) -> Camera:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
+from nusselt.renderer.expected_pixel import ExpectedPixel
 from nusselt.renderer.lights import Light
-from nusselt.renderer.lights.text import numbers
+from nusselt.renderer.lights.text import numbers, surface_of
 from nusselt.renderer.lobes import Lobe
 from nusselt.renderer.lobes.protocol import from_values, values_of
 from nusselt.renderer.scene import Scene
@@ -47,11 +49,13 @@ def write_scene(scene: Scene) -> str:
     R1 diag is written.
     """
     kinds = tuple(dict.fromkeys(type(lobe) for material in scene.materials for lobe in material.lobes))
+    vertices = itertools.count()
     groups = (
         _settings(scene),
-        map(_light, scene.lights),
+        (line for light in scene.lights for line in _light(light, vertices)),
         _sensors(scene.sensors),
-        _meshes(scene.meshes, kinds),
+        _pixels(scene.pixels),
+        _meshes(scene.meshes, kinds, vertices),
         _ellipsoids(scene.ellipsoids, kinds),
     )
     return "\n".join("".join(f"{line}\n" for line in group) for group in groups)
@@ -74,8 +78,11 @@ def _settings(scene: Scene) -> Iterator[str]:
         yield "# This scene's surfaces are two-sided, which the format cannot say."
 
 
-def _light(light: Light) -> str:
-    return f"{light.TEXT.command} {_numbers(*numbers(light))}"
+def _light(light: Light, vertices: Iterator[int]) -> Iterator[str]:
+    yield f"{light.TEXT.command} {_numbers(*numbers(light))}"
+    if light.TEXT.of_surface:
+        yield from _triangles(surface_of(light), vertices)
+        yield f"{light.TEXT.command} 0 0 0"
 
 
 def _sensors(sensors: Iterable[Sensor]) -> Iterator[str]:
@@ -83,6 +90,11 @@ def _sensors(sensors: Iterable[Sensor]) -> Iterator[str]:
         yield f"sensor {_numbers(*sensor.position, *sensor.normal)}"
         if sensor.expected is not None:
             yield f"expect {_numbers(*sensor.expected, sensor.percent)}"
+
+
+def _pixels(pixels: Iterable[ExpectedPixel]) -> Iterator[str]:
+    for pixel in pixels:
+        yield f"expectPixel {pixel.x} {pixel.y} {_numbers(*pixel.radiance, pixel.percent)}"
 
 
 def _material(material: Material, kinds: Sequence[type[Lobe]]) -> Iterator[str]:
@@ -94,18 +106,21 @@ def _material(material: Material, kinds: Sequence[type[Lobe]]) -> Iterator[str]:
     yield f"emission {_numbers(*material.emission)}"
 
 
-def _meshes(meshes: Iterable[Mesh], kinds: Sequence[type[Lobe]]) -> Iterator[str]:
-    first = 0
+def _meshes(meshes: Iterable[Mesh], kinds: Sequence[type[Lobe]], vertices: Iterator[int]) -> Iterator[str]:
     for mesh in meshes:
-        if not mesh.triangles.size:
-            continue
-        used, triangles = np.unique(mesh.triangles, return_inverse=True)
-        yield from _material(mesh.material, kinds)
-        for x, y, z in mesh.vertices[:, used].T.tolist():
-            yield f"vertex {x!r} {y!r} {z!r}"
-        for i, j, k in (triangles.reshape(3, -1).T + first).tolist():
-            yield f"tri {i} {j} {k}"
-        first += used.size
+        if mesh.triangles.size:
+            yield from _material(mesh.material, kinds)
+            yield from _triangles(mesh, vertices)
+
+
+def _triangles(mesh: Mesh, vertices: Iterator[int]) -> Iterator[str]:
+    """A mesh's vertices, their numbers taken from those that are left, and triangles."""
+    used, triangles = np.unique(mesh.triangles, return_inverse=True)
+    number = np.fromiter(itertools.islice(vertices, used.size), dtype=np.int64, count=used.size)
+    for x, y, z in mesh.vertices[:, used].T.tolist():
+        yield f"vertex {x!r} {y!r} {z!r}"
+    for i, j, k in number[triangles.reshape(3, -1)].T.tolist():
+        yield f"tri {i} {j} {k}"
 
 
 def _ellipsoids(ellipsoids: Iterable[Ellipsoid], kinds: Sequence[type[Lobe]]) -> Iterator[str]:

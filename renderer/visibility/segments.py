@@ -75,11 +75,12 @@ class Blockers:
         return cls(g, np.arange(g.triangles), np.arange(g.ellipsoids), np.arange(g.disks))
 
     @classmethod
-    def around(cls, geometry: Geometry, light: int) -> Blockers:
-        """All but the balls that a light is made of: its beams end on their near side, but for rounding."""
+    def around(cls, geometry: Geometry, light: int, hides_itself: bool = False) -> Blockers:
+        """All but what a light is made of: its beams end on the near side, but for rounding, unless it hides itself."""
         g = geometry
-        others = np.flatnonzero(g.light[g.ellipsoid_surface] != light)
-        return cls(g, np.arange(g.triangles), others, np.arange(g.disks))
+        balls = np.flatnonzero(g.light[g.ellipsoid_surface] != light)
+        own = (g.light[g.triangle_surface] == light) & ~np.bool_(hides_itself)
+        return cls(g, np.flatnonzero(~own), balls, np.arange(g.disks))
 
     @classmethod
     def nothing(cls, geometry: Geometry) -> Blockers:

@@ -11,6 +11,7 @@ from nusselt.experiments.check.check import References, check
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.scenes.catalogue import load
 from nusselt.mitsuba_bridge.export import export_scene
+from nusselt.mitsuba_bridge.limits import close_blockers
 from nusselt.mitsuba_bridge.origin import own_file
 from nusselt.mitsuba_bridge.own.nodes import read_nodes
 from nusselt.mitsuba_bridge.own.read import scene_of
@@ -80,6 +81,7 @@ GROUP = (
 )
 SMOOTH_OBJ = "v 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 0\nvn 0 0 1\nvn 0 1 1\nf 1//1 2//2 3//1\nf 1//1 3//2 4//1\n"
 OBJ = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n"
+BENT = OBJ + "v 1 1 0\nv 0 1 0\nv 0 1 1\nv 1 1 1\nf 6 5 8\nf 6 8 7\n"
 MESH = f'<shape type="obj"><string name="filename" value="leaf.obj"/>{REF_TWO}</shape>'
 FACETED = MESH.replace("leaf", "smooth").replace("/><ref", '/><boolean name="face_normals" value="true"/><ref')
 AWAY = '<translate x="1e6"/>'
@@ -146,6 +148,8 @@ READ = {
     "sky": file(sensor(), *PLAIN, cube(), '<emitter type="constant"><rgb name="radiance" value=".4,.5,.6"/></emitter>'),
     "leaf lamp": file(sensor(), *PLAIN, cube(), lamp(kind="obj", more=LEAF)),
     "triangle lamp": file(sensor(), *PLAIN, cube(), lamp(kind="obj", more=LEAF.replace("leaf", "one"))),
+    "cube lamp": file(sensor(), *PLAIN, cube(), lamp('<scale x="-0.3" y="0.2" z="0.3"/>', "cube")),
+    "bent lamp": file(sensor(), *PLAIN, cube(), lamp(kind="obj", more=LEAF.replace("leaf", "bent"))),
     "path": file(
         '<integrator type="path"><integer name="max_depth" value="5"/></integrator>', sensor(), *PLAIN, lamp()
     ),
@@ -191,6 +195,7 @@ def files(tmp_path_factory):
     """Every file, parsed by one process: what each says, or why it cannot be read."""
     folder = tmp_path_factory.mktemp("own")
     (folder / "leaf.obj").write_text(OBJ)
+    (folder / "bent.obj").write_text(BENT)
     (folder / "one.obj").write_text(OBJ[: OBJ.rindex("f")])
     turned = (
         OBJ.replace("f ", "vn 0 0 -1\nf ", 1).replace("f 1 2 3", "f 1//1 2//1 3//1").replace("1 3 4", "1//1 3//1 4//1")
@@ -261,6 +266,9 @@ def test_lights_are_where_they_are_and_face_where_they_do(files):
     assert (leaf.area, one.area) == (pytest.approx(0.125), pytest.approx(0.0625))
     assert leaf.normal[1] == pytest.approx(-1)
     assert one.normal[1] == pytest.approx(-1)
+    cube_lamp, bent = made(files, "cube lamp").lights[0], made(files, "bent lamp").lights[0]
+    assert (cube_lamp.area, bent.area) == (pytest.approx(8 * (2 * 0.06 + 0.09)), pytest.approx(0.625))
+    assert (cube_lamp.hides_itself, bent.hides_itself) == (False, True)  # mirrored, it shines outwards still
     disk = made(files, "disk").lights[0]
     assert isinstance(disk, DiskLight)
     assert disk.radius == pytest.approx(0.4)
@@ -285,6 +293,15 @@ def test_the_file_itself_is_the_reference_and_agrees(files, name):
         brighter = scene.with_(lights=tuple(light.with_colour((10, 9, 8)) for light in scene.lights))
         ours = render(brighter, Exact())
         assert abs(ours.mean.mean() / answer.reference.mean.mean() - 1) > 0.05
+
+
+def test_lamps_that_are_meshes_agree_and_what_hides_itself_is_said(files):
+    """Mitsuba 3.9 looks past what is right before a light: along a hollow edge it is brighter, here by 0.26 %."""
+    question = Question(estimator="area", samples=64, stratified=True, margin=0.02)
+    answer = check(made(files, "bent lamp"), question, command="", references=References())
+    assert answer.row["verdict"] == "agrees", answer.row["reason"]
+    assert "light 1 may hide parts of itself" in answer.reference.limits[0]
+    assert not close_blockers(made(files, "cube lamp"), np.zeros((3, 1)), 1.0)
 
 
 @pytest.mark.parametrize("name", ["cornell-boxes", "glossy"])

@@ -18,6 +18,7 @@ from nusselt.renderer.lights import (
     CosineLight,
     DirectionalLight,
     DiskLight,
+    MeshLight,
     PointLight,
     QuadLight,
     SkyLight,
@@ -33,8 +34,14 @@ from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.scene_text import parse_scene, write_scene
 from nusselt.renderer.shading import ShadingPoints
+from nusselt.renderer.surfaces import Mesh
 from nusselt.renderer.vectors import column, dot, unit
 
+TETRAHEDRON = Mesh(
+    0.5 * np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]).T + column((0.0, 2.0, 0.0)),
+    np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]).T,
+)
+"""Regular, outwards: a grid of lines falls evenly on its faces."""
 EXAMPLES = {
     QuadLight: QuadLight((-0.5, 2.0, -0.25), (0.125, 0.5, 1.0), (1.5, 0.0, 0.25), (5.0, 4.0, 3.0)),
     PointLight: PointLight((0.25, 1.5, -0.5), (3.0, 2.0, 1.0)),
@@ -44,6 +51,7 @@ EXAMPLES = {
     SpotLight: SpotLight((0.25, 1.5, -0.5), (-0.25, -2.0, 0.5), 60.0, 15.0, (3.0, 2.0, 1.0)),
     SphereLight: SphereLight((0.25, 2.0, -0.5), 0.75, (5.0, 4.0, 3.0)),
     TriangleLight: TriangleLight((-0.5, 2.0, -0.25), (1.0, 2.25, 0.0), (0.0, 2.5, 1.0), (5.0, 4.0, 3.0)),
+    MeshLight: MeshLight(TETRAHEDRON, (5.0, 4.0, 3.0)),
     SkyLight: SkyLight((0.5, 1.0, 2.0)),
     CosineLight: CosineLight((0.25, 1.5, -0.5), (0.25, -2.0, 0.5), (3.0, 2.0, 1.0)),
 }

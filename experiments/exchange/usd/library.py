@@ -1,0 +1,7 @@
+"""usd-core, the one place where it is imported."""
+
+from __future__ import annotations
+
+from pxr import Gf, Tf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade  # type: ignore[import-not-found,import-untyped,unused-ignore]
+
+__all__ = ["Gf", "Tf", "Usd", "UsdGeom", "UsdLux", "UsdRender", "UsdShade"]

@@ -1,0 +1,78 @@
+"""A prim's attributes, at one time; what they must be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.validation import Vec3
+from nusselt.renderer.vectors import Floats
+
+from .library import Usd, UsdGeom
+
+
+@dataclass
+class Notes:
+    """What is to be said of a file, each sentence once, with the first prim that it is about."""
+
+    lines: dict[str, str] = field(default_factory=dict)
+
+    def say(self, prim: Prim, sentence: str) -> None:
+        self.lines.setdefault(sentence, f"{prim.place}: {sentence}")
+
+
+@dataclass(frozen=True)
+class Prim:
+    """A prim of a stage, and the file it is in."""
+
+    usd: Any
+    file: str
+
+    @property
+    def place(self) -> str:
+        return f"{self.file}:{self.usd.GetPath()}"
+
+    @property
+    def kind(self) -> str:
+        return str(self.usd.GetTypeName())
+
+    def refused(self, value: object, accepted: str) -> InputError:
+        """The error that refuses it."""
+        return InputError(self.kind or "prim", value, accepted, self.place)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """An attribute at the earliest time that it has, or its default; connections are not followed."""
+        attribute = self.usd.GetAttribute(name)
+        if not attribute:
+            return default
+        value = attribute.Get(Usd.TimeCode.EarliestTime())
+        return default if value is None else value
+
+    def number(self, name: str, default: float) -> float:
+        return float(self.get(name, default))
+
+    def colour(self, name: str, default: Vec3) -> Vec3:
+        r, g, b = self.get(name, default)
+        return float(r), float(g), float(b)
+
+    def connected(self, name: str) -> bool:
+        """Whether something else gives an attribute its value."""
+        attribute = self.usd.GetAttribute(name)
+        return bool(attribute and attribute.HasAuthoredConnections())
+
+    def authored(self, name: str) -> bool:
+        attribute = self.usd.GetAttribute(name)
+        return bool(attribute and attribute.HasAuthoredValue())
+
+    def matrix(self) -> Floats:
+        """To the world (4, 4), for columns; USD's are for rows."""
+        xform = UsdGeom.Xformable(self.usd).ComputeLocalToWorldTransform(Usd.TimeCode.EarliestTime())
+        found = np.array(xform, dtype=np.float64).T
+        if not np.isfinite(found).all() or (found[3] != (0, 0, 0, 1)).any():
+            raise self.refused("a transform that is not affine", "an affine transform")
+        if np.linalg.matrix_rank(found[:3, :3]) < 3:
+            raise self.refused("a transform that flattens", "one that does not")
+        return found
