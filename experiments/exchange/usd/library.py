@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from pxr import Gf, Tf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade  # type: ignore[import-not-found,import-untyped,unused-ignore]
+from pxr import Gf, Tf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade
 
 __all__ = ["Gf", "Tf", "Usd", "UsdGeom", "UsdLux", "UsdRender", "UsdShade"]
