@@ -54,10 +54,10 @@ def light_of(directive: Directive, matrix: Floats) -> Light:
     return LIGHTS[directive.kind](directive, matrix)
 
 
-def area_radiance(directive: Directive, area: float, triangles: int) -> Vec3:
+def area_radiance(directive: Directive, area: float, lights: int) -> Vec3:
     """Radiance of an AreaLightSource on a shape of that area, world units.
 
-    ``power`` is that of each of pbrt's lights, and each triangle is one.
+    ``power`` is that of each of the lights that it is to pbrt.
     """
     if directive.kind != "diffuse":
         raise directive.refused(directive.kind, "diffuse")
@@ -65,6 +65,6 @@ def area_radiance(directive: Directive, area: float, triangles: int) -> Vec3:
     if directive.flag("twosided"):
         raise directive.refused("twosided true", "a light that shines to one side", "twosided")
     power = directive.number("power", -1.0)
-    if power > 0 and triangles > 2:
-        raise directive.refused("power on several triangles", "L and scale, or one triangle or patch", "power")
+    if power > 0 and lights > 1:
+        raise directive.refused("power on several triangles or patches", "L and scale, or one of them", "power")
     return _times(directive, "L", power / (math.pi * area) if power > 0 else 1.0)

@@ -49,7 +49,9 @@ def shape_of(directive: Directive, state: State, world: Floats, folder: Path) ->
         return Mesh(vertices, faces, state.material)
     a, b, c = (vertices[:, k] for k in faces)
     area = float(np.sqrt((np.cross(b - a, c - a, axis=0) ** 2).sum(axis=0)).sum()) / 2
-    return of_triangles(vertices, faces, area_radiance(state.area, area, faces.shape[1]))
+    # Each triangle is a light of pbrt's, and each patch, of two triangles.
+    lights = faces.shape[1] // (2 if directive.kind == "bilinearmesh" else 1)
+    return of_triangles(vertices, faces, area_radiance(state.area, area, lights))
 
 
 def _round(directive: Directive, state: State, matrix: Floats) -> Ellipsoid | Light:

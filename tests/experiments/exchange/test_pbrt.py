@@ -120,6 +120,9 @@ def test_area_lights_shine_where_pbrts_fronts_are(tmp_path):
     assert (ball.center, ball.radius) == ((1, 2, 3), pytest.approx(1.0))
     power = lamp(tmp_path, patch, "", ' "float power" 10')
     assert power.radiance == pytest.approx(np.array([2, 4, 8]) * 10 / math.pi)
+    two = 'Shape "trianglemesh" "point3 P" [0 0 0  1 0 0  0 1 0  1 1 0] "integer indices" [0 1 2  1 3 2]\n'
+    with pytest.raises(InputError, match="power on several triangles"):
+        lamp(tmp_path, two, "", ' "float power" 10')
 
 
 def test_meshes_from_files_instances_and_included_files(tmp_path):
