@@ -15,10 +15,12 @@ import numpy as np
 from plain import Floats, Plain, ball_mesh, outline, run  # type: ignore[import-not-found]
 
 LEVELS = 6
+Properties = dict[str, list[Any]]
+"""LuxCore's names and their values."""
 LAMP_FACES = np.array([[0, 1, 2], [0, 2, 3]])
 
 
-def scene_properties(scene: Plain, rows: float, vertical: bool) -> dict[str, list[Any]]:
+def scene_properties(scene: Plain, rows: float, vertical: bool) -> Properties:
     """LuxCore's own names. ``rows`` by which the window is moved; ``vertical``: the field of view taken as it is."""
     target, near = scene.position + scene.look, min(scene.width, scene.height)
     across, down = scene.width / near, scene.height / near
@@ -67,11 +69,9 @@ def scene_properties(scene: Plain, rows: float, vertical: bool) -> dict[str, lis
     return found
 
 
-def film_properties(
-    scene: Plain, samples: int, seed: int, depth: int | None, filter: str | None
-) -> dict[str, list[Any]]:
+def film_properties(scene: Plain, samples: int, seed: int, depth: int | None, filter: str | None) -> Properties:
     """How it is rendered; None leaves a default."""
-    found: dict[str, list[Any]] = {
+    found: Properties = {
         "renderengine.type": ["PATHCPU"],
         "renderengine.seed": [seed + 1],
         "film.width": [scene.width],
@@ -102,7 +102,7 @@ def render(
     """Image and version."""
     import pyluxcore  # type: ignore[import-not-found]
 
-    def properties(values: dict[str, list[Any]]):  # type: ignore[no-untyped-def]
+    def properties(values: Properties):  # type: ignore[no-untyped-def]
         found = pyluxcore.Properties()
         for name, value in values.items():
             found.Set(pyluxcore.Property(name, value))

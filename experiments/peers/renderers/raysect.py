@@ -32,6 +32,6 @@ RAYSECT = Peer(
     ),
     unequal=(
         "emitters are sampled by the ball about them: very noisy",
-        "rays start 1e-6 off (absolute), meshes are met in single precision: scenes are shrunk to a quarter of a unit",
+        "rays start 1e-6 off (absolute), meshes are met at distances of single precision: scenes are made small",
     ),
 )
