@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -113,7 +114,7 @@ def command(
         timeout,
     )
     scenes = [_sized(reading.scene(name), width) for name in names]
-    sys.exit(_run(scenes, names, task, output))
+    sys.exit(_run(scenes, names if width is None else [None] * len(names), task, output))
 
 
 def _peers(asked: str | None) -> tuple[Peer, ...]:
@@ -126,15 +127,15 @@ def _sized(scene: Scene, width: int | None) -> Scene:
     return scene.with_(width=width, height=max(1, round(scene.height * width / scene.width)))
 
 
-def _run(scenes: list[Scene], names: list[str], task: Task, output: Output) -> int:
-    """Cross-check every scene; returns the exit status."""
+def _run(scenes: list[Scene], files: Sequence[str | None], task: Task, output: Output) -> int:
+    """Cross-check every scene; returns the exit status. A program is given a scene's own file where there is one."""
     crosses: list[Cross] = []
     told, again = console(stderr=output.target == "-"), "nusselt " + " ".join(sys.argv[1:])
     with worker_pool(None, PATIENCE) as pool:
-        for scene, name in zip(scenes, names, strict=True):
+        for scene, file in zip(scenes, files, strict=True):
             with progress_bar(scene.name) as report:
                 try:
-                    crosses.append(run_cross(scene, name, task, pool, report))
+                    crosses.append(run_cross(scene, file, task, pool, report))
                 except ProgramFailed as problem:
                     stop(str(problem), 1)
     rows = [row for cross in crosses for row in cross.rows(task.question, again)]

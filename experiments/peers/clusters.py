@@ -157,6 +157,8 @@ def headline(findings: Sequence[Findings]) -> str:
     right = [name for name, said in words.items() if said == {"agrees"}]
     if wrong:
         return f"{len(wrong)} of {count(len(words), 'renderer')} not what the exact image is: {_and(wrong)}"
-    rest = len(words) - len(right)
-    told = f"; of {count(rest, 'other')} the noise is too large to say so" if rest else ""
-    return f"None of {count(len(words), 'renderer')} differs from the exact image; {len(right)} agree with it{told}"
+    noisy = sorted(set(words) - set(right))
+    if not noisy:
+        return f"{_and(right)} {_s('agrees', right)} with the exact image"
+    agree = f"; {_and(right)} {_s('agrees', right)} with it in every scene" if right else ""
+    return f"Nobody differs from the exact image{agree}; {_and(noisy)}: too much noise to say so"

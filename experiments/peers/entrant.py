@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,6 +10,9 @@ import numpy as np
 
 from nusselt.experiments.check.question import PixelRule
 from nusselt.experiments.external.program import Renderer
+from nusselt.experiments.external.shared_noise import different
+from nusselt.experiments.images.formats import Raw
+from nusselt.experiments.images.read import quantiser_of
 from nusselt.renderer.vectors import Floats
 
 from .renderer import PeerRenderer
@@ -104,6 +107,13 @@ def of_renderer(name: str, renderer: Renderer, rule: PixelRule, samples: int, ef
     ------
     ProgramFailed
     """
-    runs = [renderer.run(samples, effort.seed + 1 + k) for k in range(effort.seeds)]
-    images = np.stack([np.asarray(run.raw.values, dtype=np.float64) for run in runs])
-    return Entrant(name, rule, images, about={"title": name, "samples": samples})
+    raws = [renderer.run(samples, effort.seed + 1 + k).raw for k in range(effort.seeds)]
+    return of_images(name, raws, rule, {"title": name, "samples": samples})
+
+
+def of_images(name: str, raws: Sequence[Raw], rule: PixelRule, about: Mapping[str, Any]) -> Entrant:
+    """Somebody's images of different seeds; equal ones count once, and say nothing of noise."""
+    unique = different(list(raws))
+    quantiser = quantiser_of(unique, "linear", "auto")
+    images = np.stack([np.asarray(quantiser.decode(raw), dtype=np.float64) for raw in unique])
+    return Entrant(name, rule, images, about=about)

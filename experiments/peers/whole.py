@@ -8,18 +8,16 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
 from nusselt.experiments.check.check import Progress
 from nusselt.experiments.check.question import PixelRule
 from nusselt.experiments.external.program import Program, ProgramFailed, ProgramRenderer
-from nusselt.experiments.images.read import quantiser_of, read_image
+from nusselt.experiments.images.read import read_image
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
 from .cross import Cross, CrossQuestion, cross_check
 from .departures import Departure, departures
-from .entrant import Effort, Entrant, of_peer, of_renderer
+from .entrant import Effort, Entrant, of_images, of_peer, of_renderer
 from .environment import Environments
 from .peer import Peer
 from .renderer import PeerRenderer
@@ -83,16 +81,21 @@ class Task:
 
 
 def run_cross(
-    scene: Scene, name: str, task: Task, executor: Executor | None = None, progress: Progress | None = None
+    scene: Scene, file: str | None, task: Task, executor: Executor | None = None, progress: Progress | None = None
 ) -> Cross:
     """Cross-check one scene; what is missing or fails is named, and the others compared.
+
+    Parameters
+    ----------
+    file : str, optional
+        The scene's own, for a program of the user's; else it is given one of ours.
 
     Raises
     ------
     InputError
         If nothing is there to compare.
     """
-    entrants, missing, done = _brought(scene, name, task), {}, 0
+    entrants, missing, done = _brought(scene, file, task), {}, 0
 
     def tell() -> None:
         nonlocal done
@@ -128,16 +131,14 @@ def _departures(
     return tuple(one for renderer in ready for one in measure(renderer))
 
 
-def _brought(scene: Scene, name: str, task: Task) -> list[Entrant]:
+def _brought(scene: Scene, file: str | None, task: Task) -> list[Entrant]:
     """The user's own, first."""
     brought, found = task.brought, []
     if brought.images:
         raws = [read_image(image, scene) for image in brought.images]
-        quantiser = quantiser_of(raws, "linear", "auto")
-        images = np.stack([quantiser.decode(raw) for raw in raws])
-        found.append(Entrant(YOURS, brought.rule, images, about={"title": ", ".join(brought.images)}))
+        found.append(of_images(YOURS, raws, brought.rule, {"title": ", ".join(brought.images)}))
     if brought.program is not None:
-        with ProgramRenderer(brought.program, scene, name) as renderer:
+        with ProgramRenderer(brought.program, scene, file) as renderer:
             made = of_renderer("your renderer", renderer, brought.rule, brought.samples, task.effort)
         found.append(replace(made, about=dict(made.about) | {"title": brought.program.command}))
     return found

@@ -13,7 +13,9 @@ CYCLES = Peer(
     samples=64,
     packages={"3.11": ("bpy==5.0.1",), "3.13": ("bpy==5.2.3",)},
     program=OnPath(
-        "blender", "its own download or a distribution's", ("--background", "--factory-startup", "--python")
+        "blender",
+        "its own download or a distribution's",
+        ("--background", "--factory-startup", "--python-exit-code", "1", "--python"),
     ),
     megabytes=900,
     settings=(
