@@ -5,7 +5,7 @@
 # Seen: it does. A square emitter of 2 x 2 units above a floor, cut into 4 x 4 squares: as bright as an area lamp of the
 # same radiance in small units; in units 64 times smaller (everything 64 times larger), dimmer by 0.1 %. Uncut, 0.02 %.
 # Why, by its source (kernel/light/triangle.h): triangles are sampled by solid angle where the longest edge exceeds
-# dot(N, V - P) / dot(N, N) with N = cross(e0, e1), which is no distance (it is 1/length), so large scenes always are.
+# dot(N, V - P) / dot(N, N) with N = cross(e0, e1): height over twice the area, which shrinks as scenes grow.
 # The direction is found in single precision; where it then misses the triangle the sample is given up, its density
 # unchanged. The share given up grows as triangles shrink. Emitters in small units are sampled by area, and lose nothing.
 set -euo pipefail

@@ -76,4 +76,4 @@ for side in (16, 64, 256):
 sys.stdout.flush()
 os._exit(1 if changed else 0)  # a thread of its log aborts the interpreter's usual end
 PY
-"$place/venv/bin/python" "$place/render.py" | grep -v "^\[\|^$"  # without its log
+"$place/venv/bin/python" "$place/render.py" 2> "$place/log" || { tail -5 "$place/log"; exit 1; }

@@ -20,8 +20,9 @@ from nusselt.experiments.peers.page import write_cross
 from nusselt.experiments.peers.peer import Peer
 from nusselt.experiments.peers.renderers import PEERS, peer_of
 from nusselt.experiments.peers.tables import departures_table, matrix_table
-from nusselt.experiments.peers.whole import Brought, Task, run_cross
+from nusselt.experiments.peers.task import Brought, Task, run_cross
 from nusselt.experiments.results.document import document, exit_code, write_json
+from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.tables import console
 from nusselt.experiments.terminal.group import stop
 from nusselt.experiments.terminal.options import Output, output_options, reading_options, seed_option, together
@@ -117,6 +118,17 @@ def command(
     sys.exit(_run(scenes, names if width is None else [None] * len(names), task, output))
 
 
+def _save(crosses: list[Cross], task: Task, output: Output, again: str, last: bool) -> list[Row]:
+    """Write what is there of the scenes that are done; returns their rows."""
+    rows = [row for cross in crosses for row in cross.rows(task.question, again)]
+    results = document(rows, alpha=task.question.alpha, seed=task.effort.seed)
+    if output.results and (last or output.target != "-"):
+        write_json(results, output.results)
+    if output.out:
+        write_cross(output.out, crosses, results, again)
+    return rows
+
+
 def _peers(asked: str | None) -> tuple[Peer, ...]:
     return PEERS if asked is None else tuple(peer_of(name.strip()) for name in asked.split(",") if name.strip())
 
@@ -138,12 +150,7 @@ def _run(scenes: list[Scene], files: Sequence[str | None], task: Task, output: O
                     crosses.append(run_cross(scene, file, task, pool, report))
                 except ProgramFailed as problem:
                     stop(str(problem), 1)
-    rows = [row for cross in crosses for row in cross.rows(task.question, again)]
-    results = document(rows, alpha=task.question.alpha, seed=task.effort.seed)
-    if output.results:
-        write_json(results, output.results)
-    if output.out:
-        write_cross(output.out, crosses, results, again)
+            rows = _save(crosses, task, output, again, last=len(crosses) == len(scenes))
     for cross in crosses:
         told.print(matrix_table(cross))
         for sentence in cross.findings.said:

@@ -84,14 +84,14 @@ def difference(a: Contestant, b: Contestant, shaded: Bools, margin: float, level
         word, reason = "differs", "; ".join(filter(None, (reason if word == "differs" else "", lights)))
     figures: dict[str, Any] = mean.figures | residual.figures
     error, bias = float(figures["bias_relative_standard_error"][0]), float(figures["bias_relative"][0])
-    whole = float(np.hypot(error, a.bias_slack + b.bias_slack))
+    unsure = float(np.hypot(error, a.bias_slack + b.bias_slack))
     return Difference(
         word,
         reason,
         bias,
         error,
         _pair(figures["bias_interval"]),
-        bias / whole if whole else 0.0,
+        bias / unsure if unsure else 0.0,
         float(figures["rms_denoised_relative"][0]),
         _pair(figures["rms_denoised_interval"]),
         float(figures["minimum_detectable_bias"][0]),
@@ -109,4 +109,4 @@ def _lights(a: Contestant, b: Contestant) -> str:
     size = np.abs(b.lights).max()
     if not np.isfinite(size) or not size or np.abs(a.lights - b.lights).max() <= LIGHTS * size:
         return ""
-    return f"lights are seen {float((a.lights / b.lights - 1).mean()):+.2%} off"
+    return f"lights are seen {float(a.lights.sum() / b.lights.sum()) - 1:+.2%} off"

@@ -50,9 +50,7 @@ def departures(
     for setting in renderer.peer.settings:
         try:
             entrant = of_peer(renderer, replace(effort, seeds=min(effort.seeds, 2)), tell, setting.options)
-            # Without noise, the step to fewer samples is no error of the default's: the image is taken as it is.
-            plain = replace(entrant, step=None if entrant.step is None else 0 * entrant.step)
-            found = difference(arbiter.contestant(plain), exact, arbiter.shaded, margin, Level())
+            found = difference(arbiter.contestant(entrant), exact, arbiter.shaded, margin, Level())
             rows.append(Departure(renderer.peer.name, entrant.version, setting, found))
         except ProgramFailed as problem:
             rows.append(Departure(renderer.peer.name, renderer.version, setting, None, str(problem)))

@@ -88,7 +88,9 @@ def of_peer(
 
     seeds = effort.seeds if peer.noise else 1
     images = np.stack([image(samples, effort.seed + k) for k in range(seeds)])
-    step = None if peer.noise else images[0] - image(max(samples // COARSER, 1), effort.seed)
+    step = None
+    if not peer.noise:  # what is left at a default is taken as it is
+        step = 0 * images[0] if options else images[0] - image(max(samples // COARSER, 1), effort.seed)
     about = {
         "title": peer.title,
         "licence": peer.licence,

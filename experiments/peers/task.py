@@ -1,4 +1,4 @@
-"""The whole of a cross-check: who is there, their images, the comparison, what settings left cost."""
+"""A cross-check as it is asked for: who is there, their images, the comparison, what settings left cost."""
 
 from __future__ import annotations
 
