@@ -33,6 +33,7 @@ DEFAULTS: dict[str, Any] = {
     "seen": True,
     "sensor_fit": "VERTICAL",
     "threshold": 0.0,
+    "world": 0.0,
 }
 """What the adapter says of Cycles's settings; None leaves what Cycles does if it is not asked."""
 
@@ -63,7 +64,8 @@ def start(scene: Plain, samples: int, seed: int, said: dict):  # type: ignore[no
     made.render.resolution_percentage, made.render.threads_mode, made.render.threads = 100, "FIXED", 2
     made.world = bpy.data.worlds.new("dark")
     made.world.use_nodes = True  # a new world shines: its background is grey
-    made.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.0
+    if said["world"] is not None:
+        made.world.node_tree.nodes["Background"].inputs["Strength"].default_value = said["world"]
     camera = bpy.data.cameras.new("camera")
     if said["sensor_fit"]:
         camera.sensor_fit, camera.angle_y = said["sensor_fit"], math.radians(float(scene.fov))

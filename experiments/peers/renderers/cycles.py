@@ -25,13 +25,14 @@ CYCLES = Peer(
         Setting("use_adaptive_sampling", "off", "on, at .01", {"adaptive": None}),
         Setting("emission", "on the front alone", "on both sides", {"lamps": False, "one_sided": False}),
         Setting("emitters", "area lamps", "meshes that emit", {"lamps": False}),
-        Setting("visible_camera of a lamp", "on", "off: the lamp is not seen", {"seen": None}),
+        Setting("visible_camera of a lamp", "on", "off: no lamp is seen, −100 % of its own pixels", {"seen": None}),
         Setting(
             "camera.sensor_fit",
             "VERTICAL",
             "AUTO: the vertical angle taken for the larger side's",
             {"sensor_fit": None},
         ),
+        Setting("strength of a new world's background", "0", "1, of a grey of .05", {"world": None}),
         Setting("light_sampling_threshold", "0", ".01", {"threshold": None}),
     ),
     unequal=(
