@@ -162,15 +162,16 @@ def arbiter_of(
     truths = {
         rule: ground_truth(with_pixel_rule(scene, rule), question, references, executor, progress) for rule in wanted
     }
-    seen = stage(with_pixel_rule(scene, "centre"), truths["centre"])
+    stages = [stage(with_pixel_rule(scene, rule), truths[rule]) for rule in wanted]
+    seen, unjudged = stages[0], np.logical_or.reduce([one.unjudged for one in stages])
     if seen.back_faces and not scene.two_sided:
         told = "surfaces seen from their front; or --two-sided: other renderers' surfaces have no black back"
         raise InputError("scene", f"{scene.name}, {seen.back_faces} pixels of backs", told)
     sees = [truths[rule].reference for rule in wanted]
-    shaded = seen.shaded & ~seen.unjudged & np.logical_and.reduce([_none(one) for one in sees])
+    shaded = seen.shaded & ~unjudged & np.logical_and.reduce([_none(one) for one in sees])
     if not shaded.any():
         raise InputError("scene", scene.name, "one whose camera sees a surface")
-    emitter = ~seen.unjudged & np.logical_and.reduce([one.emitter == 1 for one in sees])
+    emitter = ~unjudged & np.logical_and.reduce([one.emitter == 1 for one in sees])
     ceiling = sample_ceilings(with_pixel_rule(scene, "centre")).sum(axis=0)
     return Arbiter(truths, shaded, emitter, ceiling)
 

@@ -10,6 +10,7 @@ import pytest
 from nusselt.experiments.independent.mistakes import MISTAKES
 from nusselt.experiments.independent.render import Options, render
 from nusselt.experiments.independent.steps import RIGHT
+from nusselt.experiments.peers.arbiter import arbiter_of
 from nusselt.experiments.peers.cross import CrossQuestion, cross_check
 from nusselt.experiments.peers.entrant import Entrant
 from nusselt.renderer.scene_text import parse_scene
@@ -135,3 +136,13 @@ def test_a_method_without_noise_is_held_to_its_own_step():
     for share, word in ((-3.0, "agrees"), (0.0, "differs")):
         found = cross(Entrant("alpha", "centre", (image + error)[None], share * error))
         assert found.findings.words["alpha"] == word
+
+
+def test_pixels_of_two_lights_are_not_held_against_a_renderer_of_areas():
+    """What share of a pixel each of two lights has is noise where pixels are areas."""
+    lamps = ("quadLight -1.5 1 -1  0 1.5 0  1.57 0 0  5 5 4", "quadLight .07 1 -1  0 1.5 0  1.5 0 0  0 0 9")
+    two = "\n".join((TEXT.partition("quadLight")[0], *lamps))
+    found = arbiter_of(parse_scene(two), ["area"], 1e-3)
+    shown = found.truths["area"].reference.mean[:, found.emitter]
+    assert shown.shape[1] > 0
+    assert {tuple(colour) for colour in shown.T} <= {(5.0, 5.0, 4.0), (0.0, 0.0, 9.0)}
