@@ -80,8 +80,8 @@ class Arbiter:
 
     @property
     def said(self) -> str:
-        """What it is, in a sentence."""
-        return self.truths["centre"].said
+        """What it is: for centres, and for areas where somebody has them."""
+        return "; ".join(truth.said for truth in self.truths.values())
 
     @property
     def scale(self) -> float:
