@@ -136,7 +136,7 @@ class ProgramRenderer:
         )
         started = time.perf_counter()
         try:
-            _call(words, self.program.timeout)
+            call(words, self.program.timeout)
             seconds = time.perf_counter() - started
             raw = _image(output, self.scene)
         except ProgramFailed as problem:
@@ -155,7 +155,16 @@ def _image(output: Path, scene: Scene) -> Raw:
         raise ProgramFailed(f"the renderer ended well and gave no image: {error}") from error
 
 
-def _call(words: list[str], timeout: float) -> None:
+def call(words: list[str], timeout: float) -> None:
+    """Run a program to its end, without input.
+
+    Raises
+    ------
+    InputError
+        If it cannot be started.
+    ProgramFailed
+        If it takes too long, or ends with another status than 0.
+    """
     with tempfile.TemporaryFile() as said:
         try:
             process = subprocess.Popen(

@@ -6,26 +6,25 @@ import base64
 import hashlib
 from collections.abc import Callable
 from functools import partial
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, TemplateError
+from jinja2 import TemplateError
 
 from nusselt.experiments.files import replacing
 from nusselt.experiments.results.columns import COLUMNS
 from nusselt.experiments.results.pictures import RANGE
-from nusselt.experiments.results.rows import experiment_of, in_table, percent, urgent_first
+from nusselt.experiments.results.rows import experiment_of, in_table, urgent_first
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.summary import counted, facts, headline, kicker
 from nusselt.experiments.results.work_precision import curves, races
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.words import count
 
 from .entries import colours, entry, layers, tiles
 from .figures import BUDGET as FIGURES
 from .figures import drawings, fitting
 from .material import Material, read_material
+from .offline import asset, template
 from .pixels import BRIEF, PRECISE, Detail, Packed, pack_all, total_size
 from .plots import ErrorFigure, error_figure
 from .tables import plain_table
@@ -74,18 +73,11 @@ def write_report(
 
 def report_html(material: Material, progress: Progress, detail: Detail = BRIEF) -> str:
     """The page as text."""
-    loader = PackageLoader("nusselt.experiments.results.report", "")
-    environment = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"percent": percent, "count": count}
-    script = "\n".join(_asset(name) for name in SCRIPTS)
+    script = "\n".join(asset(name) for name in SCRIPTS)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    return environment.get_template("page.html").render(
-        **_content(material, progress, detail), style=_asset("style.css"), script=script, script_digest=digest
+    return template("page.html").render(
+        **_content(material, progress, detail), style=asset("style.css"), script=script, script_digest=digest
     )
-
-
-def _asset(name: str) -> str:
-    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8").strip()
 
 
 def _content(material: Material, progress: Progress, detail: Detail) -> dict[str, Any]:

@@ -1,0 +1,1 @@
+"""Other renderers on our scenes: independent peers, each run in its own environment."""

@@ -1,0 +1,155 @@
+"""What every adapter does: read the neutral description, say what its parts are, write the image. NumPy alone.
+
+An adapter is run as ``PYTHON run_X.py DESCRIPTION.npz OUTPUT.npz OPTIONS`` with options as JSON.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+Floats = Any
+"""Arrays of float64; ``numpy.typing`` is older in some peers' environments."""
+
+
+@dataclass(frozen=True)
+class Plain:
+    """The neutral description; see `nusselt.experiments.peers.description` for the meaning of each array.
+
+    Parameters
+    ----------
+    size : (2,) int
+        Width and height, pixels.
+    fov : float
+        Vertical, degrees.
+    position, look, right, up : (3,)
+        Camera; the last three are unit and at right angles.
+    corners : (t, 3, 3)
+        Triangles, their corners.
+    thing : (t,) int
+        Which mesh each triangle belongs to.
+    albedo : (m, 3)
+        Of each mesh.
+    spheres : (s, 4)
+        Centre and radius.
+    sphere_albedo : (s, 3)
+    lights : (l, 3, 3)
+        Corner and two edges; shines to the side -(ab x ac).
+    radiance : (l, 3)
+    """
+
+    size: Floats
+    fov: float
+    position: Floats
+    look: Floats
+    right: Floats
+    up: Floats
+    corners: Floats
+    thing: Floats
+    albedo: Floats
+    spheres: Floats
+    sphere_albedo: Floats
+    lights: Floats
+    radiance: Floats
+
+    @property
+    def width(self) -> int:
+        return int(self.size[0])
+
+    @property
+    def height(self) -> int:
+        return int(self.size[1])
+
+    @property
+    def half_height(self) -> float:
+        """Tangent of half the vertical field of view."""
+        return math.tan(math.radians(float(self.fov)) / 2)
+
+    @property
+    def longer_fov(self) -> float:
+        """Field of view of the image's longer side, degrees."""
+        return math.degrees(2 * math.atan(self.half_height * max(self.width / self.height, 1.0)))
+
+    def scaled(self, factor: float) -> Plain:
+        """The same scene in another unit."""
+        names = ("position", "corners", "spheres", "lights")
+        return replace(self, **{name: factor * getattr(self, name) for name in names})
+
+    def meshes(self) -> list[tuple[Floats, Floats]]:
+        """Each mesh's corners (t, 3, 3) and albedo (3,)."""
+        return [(self.corners[self.thing == k], albedo) for k, albedo in enumerate(self.albedo)]
+
+    def balls(self) -> list[tuple[Floats, Floats]]:
+        """Each sphere's centre and radius (4,), and albedo (3,)."""
+        return list(zip(self.spheres, self.sphere_albedo, strict=True))
+
+    def lamps(self) -> list[tuple[Floats, Floats]]:
+        """Each light's corner and edges (3, 3), and radiance (3,)."""
+        return list(zip(self.lights, self.radiance, strict=True))
+
+    def centre_rays(self) -> Floats:
+        """Unit directions (h * w, 3) through pixel centres, row by row from the top."""
+        y, x = np.mgrid[0 : self.height, 0 : self.width] + 0.5
+        u = self.half_height * self.width / self.height * (2 * x / self.width - 1)
+        v = self.half_height * (1 - 2 * y / self.height)
+        d = self.look + u[..., None] * self.right + v[..., None] * self.up
+        return (d / np.linalg.norm(d, axis=-1, keepdims=True)).reshape(-1, 3)
+
+
+def outline(light: Floats) -> Floats:
+    """The four corners (4, 3) of a light, counter-clockwise seen from where it shines."""
+    corner, ab, ac = light
+    return np.array([corner, corner + ac, corner + ab + ac, corner + ab])
+
+
+def normal_area(light: Floats) -> tuple[Floats, float]:
+    """Unit normal of the side that shines, and area."""
+    n = -np.cross(light[1], light[2])
+    area = float(np.linalg.norm(n))
+    return n / area, area
+
+
+def ball_mesh(levels: int) -> tuple[Floats, Floats]:
+    """Vertices (v, 3) on the unit sphere and faces (f, 3): an icosahedron, its edges halved so many times."""
+    g = (1 + 5**0.5) / 2
+    v = np.array([p for a in (-1, 1) for b in (-g, g) for p in ((a, b, 0), (0, a, b), (b, 0, a))], dtype=float)
+    near = np.linalg.norm(v[:, None] - v, axis=-1) < 2.1
+    f = np.array(
+        [(i, j, k) for i in range(12) for j in range(i) for k in range(j) if near[i, j] & near[j, k] & near[i, k]]
+    )
+    turned = np.einsum("ij,ij->i", np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]), v[f[:, 0]]) < 0
+    f[turned] = f[turned][:, ::-1]
+    for _ in range(levels):
+        edges = np.sort(np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]]), axis=1)
+        unique, inverse = np.unique(edges, axis=0, return_inverse=True)
+        a, b, c = inverse.reshape(3, -1) + len(v)
+        v = np.concatenate([v, (v[unique[:, 0]] + v[unique[:, 1]]) / 2])
+        f = np.concatenate(
+            [np.stack(part, axis=1) for part in ((f[:, 0], a, c), (f[:, 1], b, a), (f[:, 2], c, b), (a, b, c))]
+        )
+    return v / np.linalg.norm(v, axis=1, keepdims=True), f
+
+
+def words(values: Floats) -> str:
+    """Numbers as text that loses nothing."""
+    return " ".join(f"{float(value):.17g}" for value in np.ravel(values))
+
+
+def run(render: Callable[..., tuple[Floats, str]], scale: float = 1.0) -> None:
+    """Read a description, render it so many times as large, write the image (h, w, 3) and the version of what made it.
+
+    Described scenes reach 1 to 2 units from the origin. The scale is chosen so that a renderer's own epsilons are small
+    against the scene, and large against its rounding.
+    """
+    source, target, options = sys.argv[-3:]
+    with np.load(source) as arrays:
+        scene = Plain(**{name: arrays[name] for name in arrays.files})
+    image, version = render(scene.scaled(scale), **json.loads(options))
+    with open(target, "wb") as file:
+        np.savez(file, image=np.asarray(image, dtype=np.float64), version=np.array(version))
