@@ -20,7 +20,7 @@ from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.flat_disks import disk_rim
 from nusselt.renderer.lights import Light
 from nusselt.renderer.needs import Source
-from nusselt.renderer.vectors import Floats, Ints, dot, frame, transform, unit
+from nusselt.renderer.vectors import Floats, Ints, cross, dot, frame, transform, unit
 
 from .candidate_edges import crossings, disk_cuts
 from .edge_fragments import expand
@@ -94,12 +94,38 @@ def doubtful(
         found[order] |= source.light.rim_within(parts.position, parts.radius)
     if not blocked:
         return found
-    straight = [(regions.faces.start, regions.faces.end), crossings(g), *map(partial(_rim, g), range(g.disks))]
+    straight = [crossings(g), *map(partial(_rim, g), range(g.disks))]
     straight += [disk_cuts(g, index) for index in range(g.disks)]
     for light in blocked:
-        edges = straight + [_terminator(g, index, light) for index in range(g.ellipsoids)]
+        edges = straight + [_turning(regions, light), *(_terminator(g, index, light) for index in range(g.ellipsoids))]
         found[order] |= in_doubt(parts, light, *(np.hstack(ends) for ends in zip(*edges, strict=True)))
     return found
+
+
+def _turning(regions: Regions, light: Light) -> tuple[Floats, Floats]:
+    """Edges of faces, but those between two that, seen from all of the light, lie beside each other: nothing jumps there.
+
+    How high a place is over the plane through an edge and another place is affine in the latter: its sign at the hull's
+    corners is its sign everywhere on the light.
+    """
+    g, faces = regions.geometry, regions.faces
+    hull = light.hull()
+    side = np.zeros((2, faces.start.shape[1]))
+    for row, triangle in zip(side, faces.beside, strict=True):
+        apex = _apex(g, triangle, faces.start, faces.end)
+        normal = cross(faces.end - faces.start, apex - faces.start)
+        to = hull[:, :, None] - (0.0 if light.at_infinity else 1.0) * faces.start[:, None]
+        height, slack = dot(normal[:, None], to), FLAT * np.sqrt(dot(normal, normal) * dot(to, to).max(axis=0))
+        row[:] = (height > slack).all(axis=0) * 1.0 - (height < -slack).all(axis=0)
+    kept = np.flatnonzero((side[0] * side[1] >= 0) | (faces.beside[0] < 0))
+    return faces.start[:, kept], faces.end[:, kept]
+
+
+def _apex(g: Geometry, triangle: Ints, start: Floats, end: Floats) -> Floats:
+    """The corner (3, s) of each triangle that is not an end of its edge."""
+    corners = np.stack([corner[:, triangle] for corner in (g.a, g.b, g.c)])
+    away = np.minimum(*(((corners - at) ** 2).sum(axis=1) for at in (start, end)))
+    return np.asarray(corners[away.argmax(axis=0), :, np.arange(triangle.size)].T)
 
 
 def _rim(g: Geometry, index: int) -> tuple[Floats, Floats]:

@@ -32,6 +32,9 @@ NEARER = (1.0, 2.0**-8, 2.0**-16, 2.0**-24, 0.0)
 PAIRS = 1 << 19
 """Edge-point pairs looked at at once."""
 
+WORTH = 1 << 18
+"""Edge-point pairs in a block up to which it costs less to look at all than to divide it, where bits do not matter."""
+
 
 def shines_clear(source: Source) -> bool:
     """Whether there is nothing in a quad light's way, or a closed surface wholly on its shining side."""
@@ -49,6 +52,7 @@ def hidden_irradiance(
     x: Floats,
     n: Floats,
     outside: NDArray[np.bool_] | None = None,
+    worth: int = 0,
 ) -> tuple[Floats, Floats]:
     """What the surface in the source's hierarchy keeps from points, for unit radiance, and a bound of its error.
 
@@ -60,6 +64,8 @@ def hidden_irradiance(
         Points, outside the surface or on it, and unit normals.
     outside : (m,) bool, optional
         See `ShadingPoints`.
+    worth : int
+        Edge-point pairs in a block beyond which it is divided: the same values to rounding, faster with `WORTH`.
 
     Returns
     -------
@@ -84,7 +90,7 @@ def hidden_irradiance(
         # The rim is walked from the corner that is highest over the point's horizon.
         k = np.flatnonzero(highest == corner)
         around = None if outside is None else outside[k]
-        out[:, k] = _from_corner(view, LightFrame.turned(light, corner), x[:, k], n[:, k], around)
+        out[:, k] = _from_corner(view, LightFrame.turned(light, corner), x[:, k], n[:, k], around, worth)
     return out[0], out[1]
 
 
@@ -123,6 +129,7 @@ def _from_corner(
     x: Floats,
     n: Floats,
     outside: NDArray[np.bool_] | None,
+    worth: int,
 ) -> Floats:
     """For points whose horizon is below the frame's first corner."""
     out = np.zeros((2, x.shape[1]))
@@ -134,7 +141,7 @@ def _from_corner(
     order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
     x, n = x[:, order], n[:, order]
     points = Points(x, n, frame.point(x), *_layers(view, frame, x, n, None if outside is None else outside[order]))
-    _blocks(everything, points, frame, LEVELS, order, out)
+    _blocks(everything, points, frame, (worth, *LEVELS), order, out)
     return out
 
 
@@ -158,14 +165,14 @@ def _layers(
 def _blocks(
     edges: Candidates, points: Points, frame: LightFrame, levels: tuple[int, ...], names: Ints, out: Floats
 ) -> None:
-    """Blocks within blocks; a block that no edge reaches has one number of layers, and no strips."""
-    size, count = levels[0], points.within.size
+    """Blocks within blocks, after how many pairs they are worth it; one that no edge reaches has no strips."""
+    (worth, size), count = levels[:2], points.within.size
     for first in range(0, count, size):
         s = slice(first, first + size)
         some = points.part(s)
         near = edges.near(some.x, some.local)
-        if len(levels) > 1 and near.count:
-            _blocks(near, some, frame, levels[1:], names[s], out)
+        if len(levels) > 2 and near.count * some.within.size > worth:
+            _blocks(near, some, frame, (worth, *levels[2:]), names[s], out)
             continue
         step = max(1, PAIRS // max(near.count, 1))
         for begin in range(first, min(first + size, count), step):
