@@ -32,7 +32,7 @@ from .render_centre import refuse_noise
 from .render_crowded import render_crowded
 from .sampled import HALF_PLANE, Sampled, rays_in, resampled, shares_error
 from .shade import Palette, Shader, Work, palette_of, regions_of, surface_of, unshadowed
-from .small_faces import fitted, on_small_faces
+from .small_faces import fitted, many_as_one, on_small_faces
 from .supersampling import is_crowded
 
 EDGE = -2
@@ -263,7 +263,8 @@ def _base(
         total, fillable, pixel[lone], which[lone], x[lone], y[lone], mean.sum(axis=0)[lone]
     )
     hidden = regions.seen(pieces.x[mine], pieces.y[mine]) != pieces.region[mine]
-    uncut = hidden | np.isin(pieces.cell[mine], sampled.pixel) | _junction(pieces)[mine]
+    label = many_as_one(regions, place[2], small)[every.size :]
+    uncut = hidden | np.isin(pieces.cell[mine], sampled.pixel) | _junction(pieces, mine, label)
     rough = np.concatenate((np.zeros(whole.size, dtype=bool), uncut)) & ~from_fits
     area = np.concatenate((np.ones(whole.size), pieces.area[mine]))
     # A dark value proves nothing where it is doubtful: what is beside it may be the truth of half the piece.
@@ -272,8 +273,9 @@ def _base(
     unsure = np.concatenate((alone.reshape(-1)[whole], doubt[every.size :]))
     some = np.union1d(np.flatnonzero(unsure), lone)
     most[some] = np.sqrt((unshadowed(regions, needs, x[some], y[some], which[some]) ** 2).sum(axis=0))
-    estimate = np.where(unsure, np.maximum(estimate, UNSEEN * most), estimate) * area
-    dark = (size < DEEP * most) & (estimate < UNSEEN * most) & ~from_fits
+    lost = UNSEEN * most * np.where(from_fits, places.worth, 1.0)
+    estimate = np.where(unsure, np.maximum(estimate, lost), estimate) * area
+    dark = (size < DEEP * most) & (estimate < lost) & ~from_fits
     items = Items(
         pixel=pixel,
         region=which,
@@ -286,7 +288,7 @@ def _base(
         level=np.zeros(pixel.size, dtype=np.int64),
         whole=np.arange(pixel.size) < whole.size,
         dark=dark,
-        lost=np.where(unsure, UNSEEN * most, 0.0) * area,
+        lost=np.where(unsure, lost, 0.0) * area,
     )
     square = float(np.einsum("chw,chw->", image, image)) + float(
         (mean[:, full.size :] ** 2 * area[full.size :] ** 2).sum()
@@ -295,10 +297,16 @@ def _base(
     return _Base(items, image, square, settled)
 
 
-def _junction(pieces: Pieces) -> Bools:
-    """Pieces of pixels that show three regions or more: where a solid's corner stands, its shadow starts."""
-    _, place, count = np.unique(pieces.cell, return_inverse=True, return_counts=True)
-    return np.asarray(count[place] > 2)
+def _junction(pieces: Pieces, mine: Ints, label: Ints) -> Bools:
+    """Pieces ``mine`` of pixels that show three regions or more: where a solid's corner stands, its shadow starts.
+
+    Those labelled alike are one.
+    """
+    region = pieces.region.copy()
+    region[mine] = label
+    pair = np.unique(np.stack((pieces.cell, region)), axis=1)
+    cell, count = np.unique(pair[0], return_counts=True)
+    return np.asarray(count[np.searchsorted(cell, pieces.cell[mine])] > 2)
 
 
 def _assemble(

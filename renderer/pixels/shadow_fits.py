@@ -27,6 +27,9 @@ RIDGE = 0.1
 BESIDE = 1 / 8
 """Of what a place's own value misses the plane around it by: how far its mean may be from it."""
 
+TRIED = 256
+"""Places that are asked to find what shadows that fit in a pixel are worth."""
+
 Shade = Callable[[Ints], Floats]
 """From numbers of places (k,) to their radiance (3, k)."""
 
@@ -51,6 +54,8 @@ class Places:
         Evaluated.
     error : (n,) float64
         Estimated: of a fitted value, over its patch; of an evaluated one, how far the mean around it may be from it.
+    worth : float
+        What ``lost`` was lessened by, as far as it was measured.
     """
 
     x: Floats
@@ -63,6 +68,7 @@ class Places:
     value: Floats
     known: Bools
     error: Floats
+    worth: float = 1.0
 
     @classmethod
     def of(cls, x: Floats, y: Floats, area: Floats, face: Ints, body: Ints, free: Floats, lost: Floats) -> Places:
@@ -104,9 +110,24 @@ def fit_shadows(places: Places, shade: Shade, tolerance: float, others: float) -
             budget = tolerance**2 * (others + square * float(places.area.sum()))
         if finer is None:
             return
+        if level == 1:
+            _try_doubt(places, shade, budget)
         going, spent = _unsure(places, patch, active, asked, miss, budget / 2) if level else (active, 0.0)
         _fit(places, finer, active, asked, before)
         budget, active, patch = budget - spent, going, finer
+
+
+def _try_doubt(places: Places, shade: Shade, budget: float) -> None:
+    """Lessen what shadows that fit in a pixel may be worth to what some of those places miss their planes by."""
+    k = np.flatnonzero((places.lost > 0) & ~places.known)
+    if (places.area[k] * places.lost[k] ** 2).sum() <= budget / 2:
+        return
+    tried = k[:: max(1, k.size // TRIED)]
+    weight, square = places.area[tried], places.lost[tried] ** 2
+    most = float((weight * square).sum())
+    found = float((weight * places.ask(tried, shade)).sum()) + PRIOR * most / tried.size
+    places.worth = min(1.0, float(np.sqrt(found / most)))
+    places.lost *= places.worth
 
 
 def _patches(places: Places, level: int) -> tuple[Ints | None, int]:

@@ -26,6 +26,11 @@ def on_small_faces(regions: Regions, region: Ints) -> Bools:
     return np.asarray((small & many[np.maximum(body, 0)])[place])
 
 
+def many_as_one(regions: Regions, region: Ints, small: Bools) -> Ints:
+    """The regions (n,) of places, where all small faces of a surface have one number below -1."""
+    return np.where(small, -2 - _body(regions, region), region)
+
+
 def _body(regions: Regions, region: Ints) -> Ints:
     """The surface of the scene's table that each region (n,) is a face of; -1 for what is round."""
     faces, surface = regions.faces, region % max(regions.surfaces, 1)
