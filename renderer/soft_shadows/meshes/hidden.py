@@ -32,6 +32,11 @@ NEARER = (1.0, 2.0**-8, 2.0**-16, 2.0**-24, 0.0)
 PAIRS = 1 << 19
 """Edge-point pairs looked at at once."""
 
+MERGED = ((3e-3, 1), (9e-4, 4))
+"""Tolerances of an image, and how finely layers that overlap are looked at from there on: see `Strips.merged`. Over two
+views of bumpy balls of 2,200 and 100,000 triangles that changed the radiance by 1.3e-4 and 1e-4 of its RMS at 1, by 6e-5 and
+2e-5 at 4."""
+
 WORTH = 1 << 18
 """Edge-point pairs in a block up to which it costs less to look at all than to divide it, where bits do not matter."""
 
@@ -52,7 +57,7 @@ def hidden_irradiance(
     x: Floats,
     n: Floats,
     outside: NDArray[np.bool_] | None = None,
-    worth: int = 0,
+    tolerance: float = 0.0,
 ) -> tuple[Floats, Floats]:
     """What the surface in the source's hierarchy keeps from points, for unit radiance, and a bound of its error.
 
@@ -64,8 +69,8 @@ def hidden_irradiance(
         Points, outside the surface or on it, and unit normals.
     outside : (m,) bool, optional
         See `ShadingPoints`.
-    worth : int
-        Edge-point pairs in a block beyond which it is divided: the same values to rounding, faster with `WORTH`.
+    tolerance : float
+        Of an image: what takes less time and changes that by less may be done (see `MERGED`, `WORTH`).
 
     Returns
     -------
@@ -90,7 +95,7 @@ def hidden_irradiance(
         # The rim is walked from the corner that is highest over the point's horizon.
         k = np.flatnonzero(highest == corner)
         around = None if outside is None else outside[k]
-        out[:, k] = _from_corner(view, LightFrame.turned(light, corner), x[:, k], n[:, k], around, worth)
+        out[:, k] = _from_corner(view, LightFrame.turned(light, corner), x[:, k], n[:, k], around, tolerance)
     return out[0], out[1]
 
 
@@ -129,7 +134,7 @@ def _from_corner(
     x: Floats,
     n: Floats,
     outside: NDArray[np.bool_] | None,
-    worth: int,
+    tolerance: float,
 ) -> Floats:
     """For points whose horizon is below the frame's first corner."""
     out = np.zeros((2, x.shape[1]))
@@ -141,7 +146,8 @@ def _from_corner(
     order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
     x, n = x[:, order], n[:, order]
     points = Points(x, n, frame.point(x), *_layers(view, frame, x, n, None if outside is None else outside[order]))
-    _blocks(everything, points, frame, (worth, *LEVELS), order, out)
+    fine = next((count for least, count in MERGED if tolerance >= least), 0)
+    _blocks(everything, points, frame, (fine, WORTH if tolerance else 0, *LEVELS), order, out)
     return out
 
 
@@ -165,23 +171,23 @@ def _layers(
 def _blocks(
     edges: Candidates, points: Points, frame: LightFrame, levels: tuple[int, ...], names: Ints, out: Floats
 ) -> None:
-    """Blocks within blocks, after how many pairs they are worth it; one that no edge reaches has no strips."""
-    (worth, size), count = levels[:2], points.within.size
+    """Blocks within blocks; one that no edge reaches has no strips. ``levels``: strips taken as one, `WORTH`, sizes."""
+    (fine, worth, size), count = levels[:3], points.within.size
     for first in range(0, count, size):
         s = slice(first, first + size)
         some = points.part(s)
         near = edges.near(some.x, some.local)
-        if len(levels) > 2 and near.count * some.within.size > worth:
-            _blocks(near, some, frame, (worth, *levels[2:]), names[s], out)
+        if len(levels) > 3 and near.count * some.within.size > worth:
+            _blocks(near, some, frame, (fine, worth, *levels[3:]), names[s], out)
             continue
         step = max(1, PAIRS // max(near.count, 1))
         for begin in range(first, min(first + size, count), step):
             t = slice(begin, min(begin + step, first + size))
-            out[:, names[t]] = _block(near, points.part(t), frame)
+            out[:, names[t]] = _block(near, points.part(t), frame, fine)
 
 
-def _block(edges: Candidates, points: Points, frame: LightFrame) -> tuple[Floats, Floats]:
-    """Hidden irradiance, and a bound of its error."""
+def _block(edges: Candidates, points: Points, frame: LightFrame, fine: int) -> tuple[Floats, Floats]:
+    """Hidden irradiance, and a bound of its error, but for that of taking ``fine`` so many strips as one."""
     x, n = points.x, points.n
     size = edges.size + np.abs(x).max(axis=0)
     height = edges.heights(x)
@@ -190,6 +196,6 @@ def _block(edges: Candidates, points: Points, frame: LightFrame) -> tuple[Floats
     at, jump = on_left(cut, rim)
     start = before_corner(cut, at, jump, points.spot, points.within)
     value, doubt = layers(cut, rim, n, start, size)
-    extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame)
+    extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame, fine)
     error = rounding(cut, x, n, size, frame, doubt + more, lengths)
     return value - extra, np.where(on_folds(edges, height, x, n, size), np.inf, error)
