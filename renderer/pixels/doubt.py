@@ -97,13 +97,13 @@ def doubtful(
     straight = [crossings(g), *map(partial(_rim, g), range(g.disks))]
     straight += [disk_cuts(g, index) for index in range(g.disks)]
     for light in blocked:
-        edges = straight + [_turning(regions, light), *(_terminator(g, index, light) for index in range(g.ellipsoids))]
+        edges = [*straight, _turning(regions, light), *(_terminator(g, index, light) for index in range(g.ellipsoids))]
         found[order] |= in_doubt(parts, light, *(np.hstack(ends) for ends in zip(*edges, strict=True)))
     return found
 
 
 def _turning(regions: Regions, light: Light) -> tuple[Floats, Floats]:
-    """Edges of faces, but those between two that, seen from all of the light, lie beside each other: nothing jumps there.
+    """Edges of faces, but those whose two faces lie beside each other, seen from all of the light: nothing jumps there.
 
     How high a place is over the plane through an edge and another place is affine in the latter: its sign at the hull's
     corners is its sign everywhere on the light.

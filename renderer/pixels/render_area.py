@@ -32,7 +32,7 @@ from .render_centre import refuse_noise
 from .render_crowded import render_crowded
 from .sampled import HALF_PLANE, Sampled, rays_in, resampled, shares_error
 from .shade import Palette, Shader, Work, palette_of, regions_of, surface_of, unshadowed
-from .small_faces import fitted, many_as_one, on_small_faces
+from .small_faces import bodies, fitted, on_small_faces
 from .supersampling import is_crowded
 
 EDGE = -2
@@ -223,7 +223,8 @@ def _base(
         np.concatenate((np.ones(every.size), pieces.area[mine])),
     )
     doubt = doubtful(regions, needs.sources, *place[:3])
-    small = on_small_faces(regions, place[2]) & bool(needs.sources)
+    body = bodies(regions, place[2])
+    small = on_small_faces(place[2], body) & bool(needs.sources)
     alone = np.zeros(fillable.shape, dtype=bool)
     alone.reshape(-1)[every] = doubt[: every.size]
     tiny, bits = every[small[: every.size]], small[every.size :]
@@ -263,7 +264,7 @@ def _base(
         total, fillable, pixel[lone], which[lone], x[lone], y[lone], mean.sum(axis=0)[lone]
     )
     hidden = regions.seen(pieces.x[mine], pieces.y[mine]) != pieces.region[mine]
-    label = many_as_one(regions, place[2], small)[every.size :]
+    label = np.where(small, -2 - body, place[2])[every.size :]  # all small faces of a body are one
     uncut = hidden | np.isin(pieces.cell[mine], sampled.pixel) | _junction(pieces, mine, label)
     rough = np.concatenate((np.zeros(whole.size, dtype=bool), uncut)) & ~from_fits
     area = np.concatenate((np.ones(whole.size), pieces.area[mine]))

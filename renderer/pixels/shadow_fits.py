@@ -1,10 +1,10 @@
 """Shadows on many small faces, fitted over patches of the image as far as measured errors allow.
 
 Radiance jumps from one facet of a mesh to the next, but what share of a light is hidden hardly does. So the unshadowed
-radiance is found of every place, which is cheap, and the hidden share of a few in each patch: a plane over the image is
-fitted to it. Then the patches are divided, and the places asked in the smaller ones measure what the plane before missed:
-where that is little enough, nothing more is asked there, and the plane of the smaller patches, fitted to what is left, is
-the better one that is used. Last come the faces themselves, and then each place.
+radiance is found of every place, which is cheap, and the hidden share of a few in each patch: a plane over the image
+is fitted to it. Then the patches are divided, and the places asked in the smaller ones measure what the plane before
+missed. Where that is little enough, nothing more is asked, and the plane of the smaller patches, fitted to what was
+left, is the better one that is used. Last come the faces themselves, and then each place.
 """
 
 from __future__ import annotations
@@ -16,12 +16,14 @@ import numpy as np
 
 from nusselt.renderer.vectors import Bools, Floats, Ints
 
-SIDES = (32, 16, 8)
+SIDES = (32, 16, 8, 4)
 """Pixels a side of the patches, level by level; faces are the level after them."""
+FACES = 4
+"""In a patch, on average, below which faces are taken instead."""
 MANY, FEW = 4, 3
 """Places asked along each diagonal of a patch, and of a face."""
 PRIOR = 1.0
-"""Places with the mean squared miss of all patches, added to those of each: a patch without a miss may have been lucky."""
+"""Places with the mean squared miss of all patches, added to those of each: one without a miss may have been lucky."""
 RIDGE = 0.1
 """Places, of a patch's mean weight, that hold a plane's coefficients at 0: few places do not tilt it."""
 BESIDE = 1 / 8
@@ -96,25 +98,32 @@ def fit_shadows(places: Places, shade: Shade, tolerance: float, others: float) -
         Sum of squared radiance of what is no place.
     """
     active = np.flatnonzero(~places.known)
-    patch, budget = places.body, np.inf
-    for level in range(len(SIDES) + 2):
-        if active.size == 0:
-            return
-        finer, across = _patches(places, level)
-        asked = active if finer is None else active[_spread(places, finer[active], active, across)]
+    before, budget = places.body, np.inf
+    for level, (patch, across) in enumerate(_levels(places, active)):
+        asked = active[_spread(places, patch[active], active, across)]
         asked = asked[~places.known[asked]]
-        before = places.value[:, asked].copy()
+        fitted = places.value[:, asked].copy()
         miss = places.ask(asked, shade)
         if level == 0:
             square = float((places.value[:, asked] ** 2).sum()) / max(asked.size, 1)
             budget = tolerance**2 * (others + square * float(places.area.sum()))
-        if finer is None:
-            return
         if level == 1:
             _try_doubt(places, shade, budget)
-        going, spent = _unsure(places, patch, active, asked, miss, budget / 2) if level else (active, 0.0)
-        _fit(places, finer, active, asked, before)
-        budget, active, patch = budget - spent, going, finer
+        going, spent = _unsure(places, before, active, asked, miss, budget / 2) if level else (active, 0.0)
+        _fit(places, patch, active, asked, fitted)
+        budget, active, before = budget - spent, going, patch
+    places.ask(active, shade)
+
+
+def _levels(places: Places, active: Ints) -> list[tuple[Ints, int]]:
+    """Patches (n,), level by level, and how many places are asked along their diagonals; none that hold few faces."""
+    faces = np.unique(places.face[active]).size
+    levels = []
+    for side in SIDES:
+        patch = _patches(places, side)
+        if len(levels) == 0 or FACES * np.unique(patch[active]).size <= faces:
+            levels.append((patch, MANY))
+    return [*levels, (places.face, FEW)]
 
 
 def _try_doubt(places: Places, shade: Shade, budget: float) -> None:
@@ -130,15 +139,10 @@ def _try_doubt(places: Places, shade: Shade, budget: float) -> None:
     places.lost *= places.worth
 
 
-def _patches(places: Places, level: int) -> tuple[Ints | None, int]:
-    """The patch (n,) of each place at a level, and how many places are asked along its diagonals."""
-    if level > len(SIDES):
-        return None, 0
-    if level == len(SIDES):
-        return places.face, FEW
-    side = SIDES[level]
+def _patches(places: Places, side: int) -> Ints:
+    """The patch (n,) of each place, so many pixels a side."""
     down, across = (places.y // side).astype(np.int64), (places.x // side).astype(np.int64)
-    return (places.body * (int(down.max(initial=0)) + 1) + down) * (int(across.max(initial=0)) + 1) + across, MANY
+    return (places.body * (int(down.max(initial=0)) + 1) + down) * (int(across.max(initial=0)) + 1) + across
 
 
 def _spread(places: Places, patch: Ints, active: Ints, across: int) -> Ints:

@@ -17,21 +17,16 @@ LEAST = 64
 """Small faces of a surface, below which each is left to itself."""
 
 
-def on_small_faces(regions: Regions, region: Ints) -> Bools:
-    """Which places (n,) that show the given regions show one of many small faces of a surface."""
-    names, place, count = np.unique(region, return_inverse=True, return_counts=True)
-    body = _body(regions, names)
+def on_small_faces(face: Ints, body: Ints) -> Bools:
+    """Which places (n,) show one of many small faces of a body; both are numbers, of no body below 0."""
+    _, first, place, count = np.unique(face, return_index=True, return_inverse=True, return_counts=True)
+    body = body[first]
     small = (count <= LARGEST) & (body >= 0)
     many = np.bincount(body[small], minlength=int(body.max(initial=0)) + 1) >= LEAST
     return np.asarray((small & many[np.maximum(body, 0)])[place])
 
 
-def many_as_one(regions: Regions, region: Ints, small: Bools) -> Ints:
-    """The regions (n,) of places, where all small faces of a surface have one number below -1."""
-    return np.where(small, -2 - _body(regions, region), region)
-
-
-def _body(regions: Regions, region: Ints) -> Ints:
+def bodies(regions: Regions, region: Ints) -> Ints:
     """The surface of the scene's table that each region (n,) is a face of; -1 for what is round."""
     faces, surface = regions.faces, region % max(regions.surfaces, 1)
     flat = surface < faces.count
@@ -65,6 +60,6 @@ def fitted(
     worst = np.zeros(int(face.max(initial=-1)) + 1)
     np.maximum.at(worst, face, doubt)
     lost = worst[face] * np.sqrt((free**2).sum(axis=0))
-    places = Places.of(x, y, area, face, _body(regions, region), free, lost)
+    places = Places.of(x, y, area, face, bodies(regions, region), free, lost)
     fit_shadows(places, lambda k: shade(x[k], y[k], region[k]), *asked)
     return places
