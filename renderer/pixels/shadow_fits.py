@@ -18,7 +18,7 @@ from nusselt.renderer.vectors import Bools, Floats, Ints
 
 SIDES = (32, 16, 8, 4)
 """Pixels a side of the patches, level by level; faces are the level after them."""
-FACES = 4
+FACES = 3
 """In a patch, on average, below which faces are taken instead."""
 MANY, FEW = 4, 3
 """Places asked along each diagonal of a patch, and of a face."""
