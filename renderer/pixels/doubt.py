@@ -30,6 +30,10 @@ PAIRS = 1 << 20
 """Points and edges handled at once."""
 GROUP = 8
 """Points for which edges are looked up together."""
+BLOCK = 512
+"""Points for which they are looked up first."""
+NEAR = 16
+"""Pixels a side of what those lie in, mostly."""
 WIDTHS = 1.0
 """Of footprints, that a penumbra must be wide to be seen by the values around it."""
 SIDES = 64
@@ -88,7 +92,7 @@ def doubtful(
     if not sources or x.size == 0:
         return found
     blocked = [source.light for source in sources if not source.blockers.none]
-    order = np.lexsort((region, x // (4 * size), y // (4 * size)))
+    order = np.lexsort((region, x // (4 * size), y // (4 * size), x // NEAR, y // NEAR))
     parts = footprints(regions, x[order], y[order], region[order], size)
     for source in sources:
         found[order] |= source.light.rim_within(parts.position, parts.radius)
@@ -165,13 +169,16 @@ def in_doubt(parts: Footprints, light: Light, start: Floats, end: Floats) -> NDA
     span = np.sqrt(dot(sides, sides))  # nothing is farther than that
     farthest = parts.radius / np.maximum(2 * k / WIDTHS + parts.radius / distance, parts.radius / span)
     cones = Cone(parts.position, axis, parts.radius, k, farthest)
-    step = max(1, PAIRS // (GROUP * start.shape[1])) * GROUP
-    for first in range(0, n, step):
-        point, edge = _near(cones.take(np.arange(first, min(first + step, n))), start, end)
-        point += first
-        low, high = _above(parts.position[:, point], parts.normal[:, point], start[:, edge], end[:, edge])
-        holds = cones.take(point).holds(start[:, edge], end[:, edge], low, high)
-        found[point[holds]] = True
+    for first in range(0, n, BLOCK):
+        block = np.arange(first, min(first + BLOCK, n))
+        near = np.unique(_meet(cones.take(block), start, end, BLOCK)[1])
+        step = max(1, PAIRS // (GROUP * max(near.size, 1))) * GROUP
+        for some in np.split(block, range(step, block.size, step)):
+            point, edge = _near(cones.take(some), start[:, near], end[:, near])
+            point, edge = some[point], near[edge]
+            low, high = _above(parts.position[:, point], parts.normal[:, point], start[:, edge], end[:, edge])
+            holds = cones.take(point).holds(start[:, edge], end[:, edge], low, high)
+            found[point[holds]] = True
     return found
 
 
@@ -192,17 +199,22 @@ def _clipped(low: Floats, high: Floats, value: Floats, slope: Floats) -> tuple[F
 
 def _near(cones: Cone, start: Floats, end: Floats) -> tuple[Ints, Ints]:
     """Cones (n,) and edges (3, s) that may meet, as pairs (m,) of their numbers."""
-    n = cones.radius.size
-    firsts = np.arange(0, n, GROUP)
+    group, edge = _meet(cones, start, end, GROUP)
+    firsts = np.arange(0, cones.radius.size, GROUP)
+    owner, rank = expand(np.minimum(cones.radius.size - firsts, GROUP)[group])
+    return firsts[group][owner] + rank, edge[owner]
+
+
+def _meet(cones: Cone, start: Floats, end: Floats, size: int) -> tuple[Ints, Ints]:
+    """Groups of so many of the cones (n,), and edges (3, s), that may meet, as pairs (m,) of their numbers."""
+    firsts = np.arange(0, cones.radius.size, size)
     low, high = (f.reduceat(cones.position, firsts, axis=1) for f in (np.minimum, np.maximum))
     reach = np.hypot(cones.farthest, cones.radius + cones.k * cones.farthest)
     around = np.sqrt(dot(high - low, high - low)) / 2 + np.maximum.reduceat(reach, firsts)
     e, to = (end - start)[:, None], ((low + high) / 2)[:, :, None] - start[:, None]
     s = np.clip(dot(to, e) / np.maximum(dot(e, e), np.finfo(float).tiny), 0, 1)
     gap = to - s * e
-    group, edge = np.nonzero(dot(gap, gap) <= around[:, None] ** 2)
-    owner, rank = expand(np.minimum(n - firsts, GROUP)[group])
-    return firsts[group][owner] + rank, edge[owner]
+    return np.nonzero(dot(gap, gap) <= around[:, None] ** 2)
 
 
 def _cone(light: Light, position: Floats) -> tuple[Floats, Floats, Floats]:

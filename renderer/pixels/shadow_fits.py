@@ -98,6 +98,8 @@ def fit_shadows(places: Places, shade: Shade, tolerance: float, others: float) -
         Sum of squared radiance of what is no place.
     """
     active = np.flatnonzero(~places.known)
+    if active.size == 0:
+        return
     before, budget = places.body, np.inf
     for level, (patch, across) in enumerate(_levels(places, active)):
         asked = active[_spread(places, patch[active], active, across)]
