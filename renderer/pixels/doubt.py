@@ -214,7 +214,8 @@ def _meet(cones: Cone, start: Floats, end: Floats, size: int) -> tuple[Ints, Int
     e, to = (end - start)[:, None], ((low + high) / 2)[:, :, None] - start[:, None]
     s = np.clip(dot(to, e) / np.maximum(dot(e, e), np.finfo(float).tiny), 0, 1)
     gap = to - s * e
-    return np.nonzero(dot(gap, gap) <= around[:, None] ** 2)
+    group, edge = np.nonzero(dot(gap, gap) <= around[:, None] ** 2)
+    return group, edge
 
 
 def _cone(light: Light, position: Floats) -> tuple[Floats, Floats, Floats]:

@@ -1,7 +1,8 @@
 """The image whose pixels are averages over their areas, from an estimator without noise, to a tolerance.
 
 Where the edges run is one question, how bright it is between them another. The first is answered exactly (see
-`edge_fragments`, `moments`), the second by as few evaluations as the tolerance allows (see `interpolation`, `refine`).
+`edge_fragments`, `moments`), the second by as few evaluations as the tolerance allows (see `interpolation`,
+`shadow_fits`, `refine`).
 Where pixels show many faces each, both are sampled (see `supersampling`).
 """
 
@@ -242,9 +243,8 @@ def _base(
     image = means(centre, fillable)
     image[:, fillable == EDGE] = 0
     square = float(np.einsum("chw,chw->", image, image)) + float(((piece_value * pieces.area[mine]) ** 2).sum())
-    places = fitted(
-        regions, needs, shade, tuple(v[small] for v in place), UNSEEN * doubt[small], (FITTED * tolerance, square)
-    )
+    x, y, which, area = (v[small] for v in place)
+    places = fitted(regions, needs, shade, (x, y, which, area), UNSEEN * doubt[small], (FITTED * tolerance, square))
     piece_value[:, bits] = places.value[:, tiny.size :]
     full = np.flatnonzero((fillable != EDGE) & ~smooth)  # the others are done: their errors are bounded
     whole = np.concatenate((full, tiny))

@@ -17,7 +17,6 @@ from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import View, look
 from nusselt.renderer.chunks import STRIP, gathered, pieces
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.estimators.analytic import without_shadows
 from nusselt.renderer.estimators.protocol import Estimator
 from nusselt.renderer.image import Image
 from nusselt.renderer.needs import Needs
@@ -28,13 +27,7 @@ from nusselt.renderer.vectors import Floats, Ints, dot
 
 from .faces import PLANE
 from .interpolation import fill_centres
-from .shadow_fits import Places, fit_shadows
-from .small_faces import on_small_faces
 
-FITTED = 0.5
-"""Of the tolerance, that values on small faces may be fitted to."""
-LEAST_FITTED = 3e-4
-"""Tolerance below which all of them are evaluated: shadows that begin and end between two pixels are not looked for."""
 SMALLEST = 512
 """Pixels in a piece of work, at least."""
 
@@ -109,31 +102,13 @@ def render_centre(
     height, width = scene.height, scene.width
     view = look(near, geometry, *pixel_centres(range(width), range(height)))
     shade = CentreShader(scene, estimator, executor, tolerance)
-    plane, body = planes(view), view.hits.surface.astype(np.int64)
-    small = np.flatnonzero(on_small_faces(plane, np.where(plane < 0, -1, body)) & (tolerance >= LEAST_FITTED))
-    large = np.where(np.isin(np.arange(plane.size), small), -1, plane).reshape(height, width)
-    centre, bound, _ = fill_centres(large, shade, partial(share_of_rms, tolerance))
-    if small.size:
-        others = float((np.where(np.isfinite(centre), centre, 0.0) ** 2).sum())
-        places = _places(view, needs, small, plane, body, tolerance, width)
-        fit_shadows(places, lambda k: shade(small[k]), FITTED * tolerance, others)
-        centre.reshape(3, -1)[:, small] = places.value
-        bound.reshape(-1)[small] = np.where(places.known, 0.0, places.error)
+    centre, bound, _ = fill_centres(planes(view).reshape(height, width), shade, partial(share_of_rms, tolerance))
     mean = np.where(np.isfinite(centre), centre, 0.0) + view.emission.reshape(3, height, width)
     square = float((np.where(np.isfinite(centre), centre, 0.0) ** 2).sum())
     error = math.sqrt(float((bound**2).sum()) / square) if square > 0 else 0.0
     back = int(view.back.sum())
     emitter, background = (v.reshape(height, width).astype(float) for v in (view.emitter, view.background))
     return CentreImage(Image.without_noise(mean, emitter, background, back), error, tolerance, shade.evaluations)
-
-
-def _places(view: View, needs: Needs, pixel: Ints, face: Ints, body: Ints, tolerance: float, width: int) -> Places:
-    """Centres of pixels (n,) on small faces, before anything is asked."""
-    points = view.points.take(np.searchsorted(view.lit, pixel)).as_exact_as(tolerance)
-    free = reflected(points, needs, without_shadows)
-    row, column = np.divmod(pixel, width)
-    nothing = np.zeros(pixel.size)
-    return Places.of(column + 0.5, row + 0.5, nothing + 1, face[pixel], body[pixel], free, nothing.copy())
 
 
 def planes(view: View) -> Ints:

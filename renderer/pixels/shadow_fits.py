@@ -75,7 +75,8 @@ class Places:
     @classmethod
     def of(cls, x: Floats, y: Floats, area: Floats, face: Ints, body: Ints, free: Floats, lost: Floats) -> Places:
         """Before anything is asked: unshadowed, and known where that is nothing."""
-        return cls(x, y, area, face, body, free, lost, free.copy(), ~free.any(axis=0), np.zeros(x.size))
+        dark: Bools = (free == 0).all(axis=0)
+        return cls(x, y, area, face, body, free, lost, free.copy(), dark, np.zeros(x.size))
 
     def ask(self, index: Ints, shade: Shade) -> Floats:
         """Evaluate places (k,); the squared misses (k,) of what was fitted there."""
@@ -97,7 +98,7 @@ def fit_shadows(places: Places, shade: Shade, tolerance: float, others: float) -
     others : float
         Sum of squared radiance of what is no place.
     """
-    active = np.flatnonzero(~places.known)
+    active: Ints = np.flatnonzero(~places.known)
     if active.size == 0:
         return
     before, budget = places.body, np.inf
@@ -120,7 +121,7 @@ def fit_shadows(places: Places, shade: Shade, tolerance: float, others: float) -
 def _levels(places: Places, active: Ints) -> list[tuple[Ints, int]]:
     """Patches (n,), level by level, and how many places are asked along their diagonals; none that hold few faces."""
     faces = np.unique(places.face[active]).size
-    levels = []
+    levels: list[tuple[Ints, int]] = []
     for side in SIDES:
         patch = _patches(places, side)
         if len(levels) == 0 or FACES * np.unique(patch[active]).size <= faces:

@@ -34,7 +34,7 @@ from nusselt.renderer.visibility.segments import small_triangles
 MANY = 20_000
 """Small triangles beyond which pixels are sampled: cutting each face out of its pixels takes minutes there."""
 REPLICAS = 4
-FRAMES = 2
+FRAMES = 16
 """Of each copy, in the first round."""
 MOST = 2048
 """Of each copy, after which a pixel stays as it is and the error says so."""
