@@ -243,8 +243,8 @@ def _base(
     image = means(centre, fillable)
     image[:, fillable == EDGE] = 0
     square = float(np.einsum("chw,chw->", image, image)) + float(((piece_value * pieces.area[mine]) ** 2).sum())
-    x, y, which, area = (v[small] for v in place)
-    places = fitted(regions, needs, shade, (x, y, which, area), UNSEEN * doubt[small], (FITTED * tolerance, square))
+    on_faces = place[0][small], place[1][small], place[2][small], place[3][small]
+    places = fitted(regions, needs, shade, on_faces, UNSEEN * doubt[small], (FITTED * tolerance, square))
     piece_value[:, bits] = places.value[:, tiny.size :]
     full = np.flatnonzero((fillable != EDGE) & ~smooth)  # the others are done: their errors are bounded
     whole = np.concatenate((full, tiny))
