@@ -207,6 +207,11 @@ class ShadingPoints:
         """The same points, for an image of that tolerance: closed forms err by much less than what is seen of it."""
         return replace(self, enough=SHARE * tolerance)
 
+    @property
+    def tolerance(self) -> float:
+        """Of that image; 0 where none was asked."""
+        return self.enough / SHARE
+
     def with_columns(self, **changed: Floats) -> ShadingPoints:
         """The same points with other columns."""
         return replace(self, columns={**self.columns, **changed})

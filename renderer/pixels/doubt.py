@@ -20,7 +20,7 @@ from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.flat_disks import disk_rim
 from nusselt.renderer.lights import Light
 from nusselt.renderer.needs import Source
-from nusselt.renderer.vectors import Floats, Ints, dot, frame, transform, unit
+from nusselt.renderer.vectors import Floats, Ints, cross, dot, frame, transform, unit
 
 from .candidate_edges import crossings, disk_cuts
 from .edge_fragments import expand
@@ -30,6 +30,10 @@ PAIRS = 1 << 20
 """Points and edges handled at once."""
 GROUP = 8
 """Points for which edges are looked up together."""
+BLOCK = 512
+"""Points for which they are looked up first."""
+NEAR = 16
+"""Pixels a side of what those lie in, mostly."""
 WIDTHS = 1.0
 """Of footprints, that a penumbra must be wide to be seen by the values around it."""
 SIDES = 64
@@ -88,18 +92,44 @@ def doubtful(
     if not sources or x.size == 0:
         return found
     blocked = [source.light for source in sources if not source.blockers.none]
-    order = np.lexsort((region, x // (4 * size), y // (4 * size)))
+    order = np.lexsort((region, x // (4 * size), y // (4 * size), x // NEAR, y // NEAR))
     parts = footprints(regions, x[order], y[order], region[order], size)
     for source in sources:
         found[order] |= source.light.rim_within(parts.position, parts.radius)
     if not blocked:
         return found
-    straight = [(regions.faces.start, regions.faces.end), crossings(g), *map(partial(_rim, g), range(g.disks))]
+    straight = [crossings(g), *map(partial(_rim, g), range(g.disks))]
     straight += [disk_cuts(g, index) for index in range(g.disks)]
     for light in blocked:
-        edges = straight + [_terminator(g, index, light) for index in range(g.ellipsoids)]
+        edges = [*straight, _turning(regions, light), *(_terminator(g, index, light) for index in range(g.ellipsoids))]
         found[order] |= in_doubt(parts, light, *(np.hstack(ends) for ends in zip(*edges, strict=True)))
     return found
+
+
+def _turning(regions: Regions, light: Light) -> tuple[Floats, Floats]:
+    """Edges of faces, but those whose two faces lie beside each other, seen from all of the light: nothing jumps there.
+
+    How high a place is over the plane through an edge and another place is affine in the latter: its sign at the hull's
+    corners is its sign everywhere on the light.
+    """
+    g, faces = regions.geometry, regions.faces
+    hull = light.hull()
+    side = np.zeros((2, faces.start.shape[1]))
+    for row, triangle in zip(side, faces.beside, strict=True):
+        apex = _apex(g, triangle, faces.start, faces.end)
+        normal = cross(faces.end - faces.start, apex - faces.start)
+        to = hull[:, :, None] - (0.0 if light.at_infinity else 1.0) * faces.start[:, None]
+        height, slack = dot(normal[:, None], to), FLAT * np.sqrt(dot(normal, normal) * dot(to, to).max(axis=0))
+        row[:] = (height > slack).all(axis=0) * 1.0 - (height < -slack).all(axis=0)
+    kept = np.flatnonzero((side[0] * side[1] >= 0) | (faces.beside[0] < 0))
+    return faces.start[:, kept], faces.end[:, kept]
+
+
+def _apex(g: Geometry, triangle: Ints, start: Floats, end: Floats) -> Floats:
+    """The corner (3, s) of each triangle that is not an end of its edge."""
+    corners = np.stack([corner[:, triangle] for corner in (g.a, g.b, g.c)])
+    away = np.minimum(*(((corners - at) ** 2).sum(axis=1) for at in (start, end)))
+    return np.asarray(corners[away.argmax(axis=0), :, np.arange(triangle.size)].T)
 
 
 def _rim(g: Geometry, index: int) -> tuple[Floats, Floats]:
@@ -139,13 +169,16 @@ def in_doubt(parts: Footprints, light: Light, start: Floats, end: Floats) -> NDA
     span = np.sqrt(dot(sides, sides))  # nothing is farther than that
     farthest = parts.radius / np.maximum(2 * k / WIDTHS + parts.radius / distance, parts.radius / span)
     cones = Cone(parts.position, axis, parts.radius, k, farthest)
-    step = max(1, PAIRS // (GROUP * start.shape[1])) * GROUP
-    for first in range(0, n, step):
-        point, edge = _near(cones.take(np.arange(first, min(first + step, n))), start, end)
-        point += first
-        low, high = _above(parts.position[:, point], parts.normal[:, point], start[:, edge], end[:, edge])
-        holds = cones.take(point).holds(start[:, edge], end[:, edge], low, high)
-        found[point[holds]] = True
+    for first in range(0, n, BLOCK):
+        block = np.arange(first, min(first + BLOCK, n))
+        near = np.unique(_meet(cones.take(block), start, end, BLOCK)[1])
+        step = max(1, PAIRS // (GROUP * max(near.size, 1))) * GROUP
+        for some in np.split(block, range(step, block.size, step)):
+            point, edge = _near(cones.take(some), start[:, near], end[:, near])
+            point, edge = some[point], near[edge]
+            low, high = _above(parts.position[:, point], parts.normal[:, point], start[:, edge], end[:, edge])
+            holds = cones.take(point).holds(start[:, edge], end[:, edge], low, high)
+            found[point[holds]] = True
     return found
 
 
@@ -166,8 +199,15 @@ def _clipped(low: Floats, high: Floats, value: Floats, slope: Floats) -> tuple[F
 
 def _near(cones: Cone, start: Floats, end: Floats) -> tuple[Ints, Ints]:
     """Cones (n,) and edges (3, s) that may meet, as pairs (m,) of their numbers."""
-    n = cones.radius.size
-    firsts = np.arange(0, n, GROUP)
+    group, edge = _meet(cones, start, end, GROUP)
+    firsts = np.arange(0, cones.radius.size, GROUP)
+    owner, rank = expand(np.minimum(cones.radius.size - firsts, GROUP)[group])
+    return firsts[group][owner] + rank, edge[owner]
+
+
+def _meet(cones: Cone, start: Floats, end: Floats, size: int) -> tuple[Ints, Ints]:
+    """Groups of so many of the cones (n,), and edges (3, s), that may meet, as pairs (m,) of their numbers."""
+    firsts = np.arange(0, cones.radius.size, size)
     low, high = (f.reduceat(cones.position, firsts, axis=1) for f in (np.minimum, np.maximum))
     reach = np.hypot(cones.farthest, cones.radius + cones.k * cones.farthest)
     around = np.sqrt(dot(high - low, high - low)) / 2 + np.maximum.reduceat(reach, firsts)
@@ -175,8 +215,7 @@ def _near(cones: Cone, start: Floats, end: Floats) -> tuple[Ints, Ints]:
     s = np.clip(dot(to, e) / np.maximum(dot(e, e), np.finfo(float).tiny), 0, 1)
     gap = to - s * e
     group, edge = np.nonzero(dot(gap, gap) <= around[:, None] ** 2)
-    owner, rank = expand(np.minimum(n - firsts, GROUP)[group])
-    return firsts[group][owner] + rank, edge[owner]
+    return group, edge
 
 
 def _cone(light: Light, position: Floats) -> tuple[Floats, Floats, Floats]:

@@ -30,12 +30,15 @@ class Faces:
         A triangle of each face.
     start, end : (3, s) float64
         Edges that bound faces, each once.
+    beside : (2, s) int64
+        Triangles of the two faces that meet there; -1 where another number of faces does.
     """
 
     of_triangle: Ints
     triangle: Ints
     start: Floats
     end: Floats
+    beside: Ints
 
     @property
     def count(self) -> int:
@@ -47,7 +50,7 @@ def find_faces(geometry: Geometry) -> Faces:
     g = geometry
     if g.triangles == 0:
         nothing = np.zeros(0, dtype=np.int64)
-        return Faces(nothing, nothing, np.zeros((3, 0)), np.zeros((3, 0)))
+        return Faces(nothing, nothing, np.zeros((3, 0)), np.zeros((3, 0)), np.zeros((2, 0), dtype=np.int64))
     normal = unit(g.normal)
     middle = g.a.mean(axis=1, keepdims=True)
     size = max(float(np.abs(g.a - middle).max()), np.finfo(float).tiny)
@@ -55,12 +58,11 @@ def find_faces(geometry: Geometry) -> Faces:
     keys = np.vstack((np.rint(plane + 0.1234), g.triangle_surface))
     _, first, face = np.unique(keys, axis=1, return_index=True, return_inverse=True)
     face = face.reshape(-1)
-    start, end = _outline(g, face)
-    return Faces(face, first, start, end)
+    return Faces(face, first, *_outline(g, face))
 
 
-def _outline(g: Geometry, face: Ints) -> tuple[Floats, Floats]:
-    """Triangle edges without those inside a face, and without repeats."""
+def _outline(g: Geometry, face: Ints) -> tuple[Floats, Floats, Ints]:
+    """Triangle edges without those inside a face, and without repeats; and the triangles beside each."""
     corners = np.hstack((g.a, g.b, g.c))
     _, vertex = np.unique(corners, axis=1, return_inverse=True)
     a, b, c = vertex.reshape(3, -1)
@@ -68,6 +70,9 @@ def _outline(g: Geometry, face: Ints) -> tuple[Floats, Floats]:
     owner = np.tile(face, 3)
     position = np.empty((3, int(vertex.max()) + 1))
     position[:, vertex.reshape(-1)] = corners
-    sides, count = np.unique(np.vstack((ends, owner)), axis=1, return_counts=True)
-    bounds = np.unique(sides[:2, count == 1], axis=1)  # twice in one face: inside it
-    return position[:, bounds[0]], position[:, bounds[1]]
+    sides, at, count = np.unique(np.vstack((ends, owner)), axis=1, return_index=True, return_counts=True)
+    outer = np.flatnonzero(count == 1)  # twice in one face: inside it
+    bounds, first, count = np.unique(sides[:2, outer], axis=1, return_index=True, return_counts=True)
+    triangle = at[outer] % face.size
+    beside = np.stack((triangle[first], triangle[np.minimum(first + 1, triangle.size - 1)]))
+    return position[:, bounds[0]], position[:, bounds[1]], np.where(count == 2, beside, -1)

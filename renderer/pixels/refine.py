@@ -8,8 +8,9 @@ the Laplacian over 24 of its neighbours (exact for a cubic one). Estimates of wh
 - a piece, and a pixel beside an edge: an eighth of the largest amount by which its value misses what the whole
   pixels of its region around it predict, each with its own gradient; of the range of values where none does; the
   whole value where there is no other; it, or the largest of its region nearby, where three regions meet (a corner
-  that stands on a floor: its shadow has no width there), where the piece is not seen at its centroid, or where its
-  cell could not be cut exactly.
+  that stands on a floor: its shadow has no width there; small faces of one body are one), where the piece is not
+  seen at its centroid, or where its cell could not be cut exactly.
+- on small faces what `shadow_fits` measures.
 
 A value of another pixel that was itself extrapolated from the item's own proves nothing and is passed over; nor do
 dark values among themselves, deep in a penumbra: such items are evaluated on the next grid whatever their estimate.

@@ -1,7 +1,8 @@
 """The image whose pixels are averages over their areas, from an estimator without noise, to a tolerance.
 
 Where the edges run is one question, how bright it is between them another. The first is answered exactly (see
-`edge_fragments`, `moments`), the second by as few evaluations as the tolerance allows (see `interpolation`, `refine`).
+`edge_fragments`, `moments`), the second by as few evaluations as the tolerance allows (see `interpolation`,
+`shadow_fits`, `refine`).
 Where pixels show many faces each, both are sampled (see `supersampling`).
 """
 
@@ -32,6 +33,7 @@ from .render_centre import refuse_noise
 from .render_crowded import render_crowded
 from .sampled import HALF_PLANE, Sampled, rays_in, resampled, shares_error
 from .shade import Palette, Shader, Work, palette_of, regions_of, surface_of, unshadowed
+from .small_faces import bodies, fitted, on_small_faces
 from .supersampling import is_crowded
 
 EDGE = -2
@@ -40,6 +42,8 @@ RUN = 16
 """Pixels of a row that one ray may speak for."""
 SHARE = 0.5
 """Of the tolerance, that interpolated centres may spend."""
+FITTED = 0.25
+"""The same, that values on small faces may be fitted to."""
 UNSEEN = 0.25
 """Of the unshadowed radiance, that a shadow which fits in a pixel may be worth."""
 DEEP = 1 / 64
@@ -213,15 +217,19 @@ def _base(
     fillable = np.where((region != EDGE) & palette.reflects[surface], region, EDGE).reshape(height, width)
     mine = np.flatnonzero(palette.reflects[surface_of(pieces.region, regions.surfaces)])
     every = np.flatnonzero(fillable != EDGE)
-    doubt = doubtful(
-        regions,
-        needs.sources,
+    place = (
         np.concatenate((every % width + 0.5, pieces.x[mine])),
         np.concatenate((every // width + 0.5, pieces.y[mine])),
         np.concatenate((region[every], pieces.region[mine])),
+        np.concatenate((np.ones(every.size), pieces.area[mine])),
     )
+    doubt = doubtful(regions, needs.sources, *place[:3])
+    body = bodies(regions, place[2])
+    small = on_small_faces(place[2], body) & bool(needs.sources)
     alone = np.zeros(fillable.shape, dtype=bool)
     alone.reshape(-1)[every] = doubt[: every.size]
+    tiny, bits = every[small[: every.size]], small[every.size :]
+    fillable.reshape(-1)[tiny] = EDGE
 
     def evaluate(pixel: Ints) -> Floats:
         return shade(pixel % width + 0.5, pixel // width + 0.5, region[pixel])
@@ -230,57 +238,76 @@ def _base(
         return SHARE * tolerance * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
 
     centre, bound, smooth = fill_centres(fillable, evaluate, allowed, alone)
-    piece_value = shade(pieces.x[mine], pieces.y[mine], pieces.region[mine])
+    piece_value, others = np.zeros((3, mine.size)), mine[~bits]
+    piece_value[:, ~bits] = shade(pieces.x[others], pieces.y[others], pieces.region[others])
     image = means(centre, fillable)
+    image[:, fillable == EDGE] = 0
+    square = float(np.einsum("chw,chw->", image, image)) + float(((piece_value * pieces.area[mine]) ** 2).sum())
+    on_faces = place[0][small], place[1][small], place[2][small], place[3][small]
+    places = fitted(regions, needs, shade, on_faces, UNSEEN * doubt[small], (FITTED * tolerance, square))
+    piece_value[:, bits] = places.value[:, tiny.size :]
     full = np.flatnonzero((fillable != EDGE) & ~smooth)  # the others are done: their errors are bounded
-    pixel = np.concatenate((full, pieces.cell[mine]))
-    x = np.concatenate((full % width + 0.5, pieces.x[mine]))
-    y = np.concatenate((full // width + 0.5, pieces.y[mine]))
-    mean = np.hstack((image.reshape(3, -1)[:, full], piece_value))
-    which = np.concatenate((region[full], pieces.region[mine]))
+    whole = np.concatenate((full, tiny))
+    pixel = np.concatenate((whole, pieces.cell[mine]))
+    x = np.concatenate((whole % width + 0.5, pieces.x[mine]))
+    y = np.concatenate((whole // width + 0.5, pieces.y[mine]))
+    mean = np.hstack((image.reshape(3, -1)[:, full], places.value[:, : tiny.size], piece_value))
+    which = np.concatenate((region[whole], pieces.region[mine]))
     total = centre.sum(axis=0)
-    estimate = np.concatenate((error_bound(total, fillable, WITHIN, full), np.full(mine.size, np.inf)))
+    estimate = np.full(pixel.size, np.inf)
+    estimate[: full.size] = error_bound(total, fillable, WITHIN, full)
+    from_fits = np.concatenate((np.zeros(full.size, dtype=bool), np.ones(tiny.size, dtype=bool), bits))
+    estimate[from_fits] = places.error / np.where(places.known, 1.0, np.sqrt(places.area))
     lone = np.flatnonzero(~np.isfinite(estimate))
     brightest = np.zeros(pixel.size)
     estimate[lone], brightest[lone] = first_estimates(
         total, fillable, pixel[lone], which[lone], x[lone], y[lone], mean.sum(axis=0)[lone]
     )
     hidden = regions.seen(pieces.x[mine], pieces.y[mine]) != pieces.region[mine]
-    uncut = hidden | np.isin(pieces.cell[mine], sampled.pixel) | _junction(pieces)[mine]
-    rough = np.concatenate((np.zeros(full.size, dtype=bool), uncut))
-    area = np.concatenate((np.ones(full.size), pieces.area[mine]))
+    label = np.where(small, -2 - body, place[2])[every.size :]  # all small faces of a body are one
+    uncut = hidden | np.isin(pieces.cell[mine], sampled.pixel) | _junction(pieces, mine, label)
+    rough = np.concatenate((np.zeros(whole.size, dtype=bool), uncut)) & ~from_fits
+    area = np.concatenate((np.ones(whole.size), pieces.area[mine]))
     # A dark value proves nothing where it is doubtful: what is beside it may be the truth of half the piece.
     estimate = np.where(rough, np.maximum(np.sqrt((mean**2).sum(axis=0)), brightest / math.sqrt(3)), estimate)
     most, size = np.zeros(pixel.size), np.sqrt((mean**2).sum(axis=0))
-    unsure = np.concatenate((alone.reshape(-1)[full], doubt[every.size :]))
+    unsure = np.concatenate((alone.reshape(-1)[whole], doubt[every.size :]))
     some = np.union1d(np.flatnonzero(unsure), lone)
     most[some] = np.sqrt((unshadowed(regions, needs, x[some], y[some], which[some]) ** 2).sum(axis=0))
-    estimate = np.where(unsure, np.maximum(estimate, UNSEEN * most), estimate) * area
-    dark = (size < DEEP * most) & (estimate < UNSEEN * most)
+    lost = UNSEEN * most * np.where(from_fits, places.worth, 1.0)
+    estimate = np.where(unsure, np.maximum(estimate, lost), estimate) * area
+    dark = (size < DEEP * most) & (estimate < lost) & ~from_fits
     items = Items(
         pixel=pixel,
         region=which,
         area=area,
         x=x,
         y=y,
-        covariance=np.hstack((np.zeros((3, full.size)), pieces.covariance[:, mine])),
+        covariance=np.hstack((np.zeros((3, whole.size)), pieces.covariance[:, mine])),
         value=mean,
         estimate=estimate,
         level=np.zeros(pixel.size, dtype=np.int64),
-        whole=np.arange(pixel.size) < full.size,
+        whole=np.arange(pixel.size) < whole.size,
         dark=dark,
-        lost=np.where(unsure, UNSEEN * most, 0.0) * area,
+        lost=np.where(unsure, lost, 0.0) * area,
     )
-    image[:, fillable == EDGE] = 0
-    square = float(np.einsum("chw,chw->", image, image)) + float(((piece_value * pieces.area[mine]) ** 2).sum())
+    square = float(np.einsum("chw,chw->", image, image)) + float(
+        (mean[:, full.size :] ** 2 * area[full.size :] ** 2).sum()
+    )
     settled = float((bound[smooth] ** 2).sum()) + shares_error(pieces.cell[mine], piece_value, sampled)
     return _Base(items, image, square, settled)
 
 
-def _junction(pieces: Pieces) -> Bools:
-    """Pieces of pixels that show three regions or more: where a solid's corner stands, its shadow starts."""
-    _, place, count = np.unique(pieces.cell, return_inverse=True, return_counts=True)
-    return np.asarray(count[place] > 2)
+def _junction(pieces: Pieces, mine: Ints, label: Ints) -> Bools:
+    """Pieces ``mine`` of pixels that show three regions or more: where a solid's corner stands, its shadow starts.
+
+    Those labelled alike are one.
+    """
+    region = pieces.region.copy()
+    region[mine] = label
+    pair = np.unique(np.stack((pieces.cell, region)), axis=1)
+    cell, count = np.unique(pair[0], return_counts=True)
+    return np.asarray(count[np.searchsorted(cell, pieces.cell[mine])] > 2)
 
 
 def _assemble(

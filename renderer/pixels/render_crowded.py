@@ -50,7 +50,7 @@ def render_crowded(
     square = float((lit**2).mean()) * 3 * height * width if lit.size else 0.0
     settled = float((bound**2).sum())
     busy = np.flatnonzero(~plain)
-    crowd, left = sample_crowd(scene, busy, (ROOM * tolerance) ** 2 * square - settled, executor)
+    crowd, left = sample_crowd(scene, busy, (ROOM * tolerance) ** 2 * square - settled, tolerance, executor)
     found = crowd.mean
     image.reshape(3, -1)[:, busy] = found[:3]
     emitter, background = (v.reshape(height, width).astype(float) for v in (view.emitter, view.background))

@@ -9,6 +9,7 @@ again.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
@@ -81,12 +82,13 @@ def around_agrees(label: Ints) -> Bools:
 
 @dataclass(frozen=True)
 class Frames:
-    """A piece of work: frames ``first`` to ``last`` of one copy, in some pixels."""
+    """A piece of work: frames ``first`` to ``last`` of one copy, in some pixels; ``tolerance`` is the image's."""
 
     scene: Scene
     shift: Floats
     first: int
     last: int
+    tolerance: float
 
     def __call__(self, pixel: Ints) -> Floats:
         """Sums (5, n) over the frames: radiance, hits of emitters, misses."""
@@ -100,7 +102,8 @@ class Frames:
             total[:3] += view.emission
             total[3] += view.emitter
             total[4] += view.background
-            total[:3, view.lit] += reflected(view.points, needs, partial(_share, light=np.array(light)))
+            points = view.points.as_exact_as(self.tolerance)
+            total[:3, view.lit] += reflected(points, needs, partial(_share, light=np.array(light)))
         return total
 
 
@@ -155,7 +158,9 @@ class Crowd:
         return np.asarray(pooled / self.frames)
 
 
-def sample_crowd(scene: Scene, pixel: Ints, budget: float, executor: Executor | None) -> tuple[Crowd, float]:
+def sample_crowd(
+    scene: Scene, pixel: Ints, budget: float, tolerance: float, executor: Executor | None
+) -> tuple[Crowd, float]:
     """Means of pixels (n,), and the sum of their squared errors, if possible at most ``budget``.
 
     Only pixels that take part in the excess go on; a copy's frames are doubled each time.
@@ -164,7 +169,7 @@ def sample_crowd(scene: Scene, pixel: Ints, budget: float, executor: Executor | 
     shifts = np.random.default_rng(7).random((REPLICAS, 4))
     some, count = np.arange(pixel.size), FRAMES
     while True:
-        _more(crowd, scene, shifts, some, count, executor)
+        _more(crowd, partial(Frames, scene, tolerance=tolerance), shifts, some, count, executor)
         variance = crowd.variance((scene.height, scene.width))
         left = float(variance.sum())
         if left <= budget or pixel.size == 0 or int(crowd.frames.max()) >= MOST:
@@ -178,7 +183,9 @@ def sample_crowd(scene: Scene, pixel: Ints, budget: float, executor: Executor | 
         count = 0
 
 
-def _more(crowd: Crowd, scene: Scene, shifts: Floats, some: Ints, count: int, executor: Executor | None) -> None:
+def _more(
+    crowd: Crowd, make: Callable[..., Frames], shifts: Floats, some: Ints, count: int, executor: Executor | None
+) -> None:
     """As many frames again for some pixels, or the first ``count``."""
     work: list[tuple[int, Ints, Frames]] = []
     for frames in np.unique(crowd.frames[some]).tolist():
@@ -188,7 +195,7 @@ def _more(crowd: Crowd, scene: Scene, shifts: Floats, some: Ints, count: int, ex
             for copy in range(REPLICAS):
                 for first in range(frames, 2 * frames or count, step):
                     last = min(first + step, 2 * frames or count)
-                    work.append((copy, part, Frames(scene, shifts[copy], first, last)))
+                    work.append((copy, part, make(shift=shifts[copy], first=first, last=last)))
     pixels = [crowd.pixel[part] for _, part, _ in work]
     sums_of_all = each(_sums, executor, [one for _, _, one in work], pixels)
     for (copy, part, _), sums in zip(work, sums_of_all, strict=True):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -32,6 +32,12 @@ NEARER = (1.0, 2.0**-8, 2.0**-16, 2.0**-24, 0.0)
 PAIRS = 1 << 19
 """Edge-point pairs looked at at once."""
 
+ROUGH = 3e-3
+"""Tolerance of an image from which strips of overlapping layers are merged: it is twenty times what that changes."""
+
+WORTH = 1 << 18
+"""Edge-point pairs in a block up to which it costs less to look at all than to divide it, where bits do not matter."""
+
 
 def shines_clear(source: Source) -> bool:
     """Whether there is nothing in a quad light's way, or a closed surface wholly on its shining side."""
@@ -49,6 +55,7 @@ def hidden_irradiance(
     x: Floats,
     n: Floats,
     outside: NDArray[np.bool_] | None = None,
+    tolerance: float = 0.0,
 ) -> tuple[Floats, Floats]:
     """What the surface in the source's hierarchy keeps from points, for unit radiance, and a bound of its error.
 
@@ -60,6 +67,8 @@ def hidden_irradiance(
         Points, outside the surface or on it, and unit normals.
     outside : (m,) bool, optional
         See `ShadingPoints`.
+    tolerance : float
+        Of an image: what takes less time and changes that by much less is done (see `ROUGH`, `WORTH`); 0 for none.
 
     Returns
     -------
@@ -84,7 +93,7 @@ def hidden_irradiance(
         # The rim is walked from the corner that is highest over the point's horizon.
         k = np.flatnonzero(highest == corner)
         around = None if outside is None else outside[k]
-        out[:, k] = _from_corner(view, LightFrame.turned(light, corner), x[:, k], n[:, k], around)
+        out[:, k] = _from_corner(view, LightFrame.turned(light, corner), x[:, k], n[:, k], around, tolerance)
     return out[0], out[1]
 
 
@@ -123,6 +132,7 @@ def _from_corner(
     x: Floats,
     n: Floats,
     outside: NDArray[np.bool_] | None,
+    tolerance: float,
 ) -> Floats:
     """For points whose horizon is below the frame's first corner."""
     out = np.zeros((2, x.shape[1]))
@@ -134,7 +144,7 @@ def _from_corner(
     order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
     x, n = x[:, order], n[:, order]
     points = Points(x, n, frame.point(x), *_layers(view, frame, x, n, None if outside is None else outside[order]))
-    _blocks(everything, points, frame, LEVELS, order, out)
+    _blocks(everything, points, frame, _Plan(WORTH if tolerance else 0, tolerance >= ROUGH), order, out)
     return out
 
 
@@ -155,26 +165,43 @@ def _layers(
     return spot, within
 
 
-def _blocks(
-    edges: Candidates, points: Points, frame: LightFrame, levels: tuple[int, ...], names: Ints, out: Floats
-) -> None:
-    """Blocks within blocks; a block that no edge reaches has one number of layers, and no strips."""
-    size, count = levels[0], points.within.size
+@dataclass(frozen=True)
+class _Plan:
+    """Which blocks are divided, and how their layers are looked at.
+
+    Parameters
+    ----------
+    worth : int
+        Pairs of an edge and a point in a block beyond which it is divided.
+    merged : bool
+        See `extra_layers`.
+    sizes : tuple of int
+        Points in blocks, level by level.
+    """
+
+    worth: int
+    merged: bool
+    sizes: tuple[int, ...] = LEVELS
+
+
+def _blocks(edges: Candidates, points: Points, frame: LightFrame, plan: _Plan, names: Ints, out: Floats) -> None:
+    """Blocks within blocks; one that no edge reaches has one number of layers, and no strips."""
+    size, count = plan.sizes[0], points.within.size
     for first in range(0, count, size):
         s = slice(first, first + size)
         some = points.part(s)
         near = edges.near(some.x, some.local)
-        if len(levels) > 1 and near.count:
-            _blocks(near, some, frame, levels[1:], names[s], out)
+        if len(plan.sizes) > 1 and near.count * some.within.size > plan.worth:
+            _blocks(near, some, frame, replace(plan, sizes=plan.sizes[1:]), names[s], out)
             continue
         step = max(1, PAIRS // max(near.count, 1))
         for begin in range(first, min(first + size, count), step):
             t = slice(begin, min(begin + step, first + size))
-            out[:, names[t]] = _block(near, points.part(t), frame)
+            out[:, names[t]] = _block(near, points.part(t), frame, plan.merged)
 
 
-def _block(edges: Candidates, points: Points, frame: LightFrame) -> tuple[Floats, Floats]:
-    """Hidden irradiance, and a bound of its error."""
+def _block(edges: Candidates, points: Points, frame: LightFrame, merged: bool) -> tuple[Floats, Floats]:
+    """Hidden irradiance, and a bound of its error, but for that of strips that are ``merged``."""
     x, n = points.x, points.n
     size = edges.size + np.abs(x).max(axis=0)
     height = edges.heights(x)
@@ -183,6 +210,6 @@ def _block(edges: Candidates, points: Points, frame: LightFrame) -> tuple[Floats
     at, jump = on_left(cut, rim)
     start = before_corner(cut, at, jump, points.spot, points.within)
     value, doubt = layers(cut, rim, n, start, size)
-    extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame)
+    extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame, merged)
     error = rounding(cut, x, n, size, frame, doubt + more, lengths)
     return value - extra, np.where(on_folds(edges, height, x, n, size), np.inf, error)

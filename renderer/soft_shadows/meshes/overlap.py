@@ -20,6 +20,10 @@ from .contour import Pieces, Rim, above_horizon, edge_terms
 from .light_frame import LightFrame
 from .order import BANDS, Order, Parts, change, swaps_in_bands
 
+MERGED, SHARES = 8, 128
+"""Strips taken as one, and shares of the light across which none are. In views of bumpy balls of 2,200 and 100,000
+triangles that changed the radiance by 1.4e-4 and 7e-5 of its RMS."""
+
 GRID = 2.0**-40
 """The ends of strips are kept to this share of the light: receiver i lives in [2 i, 2 i + 1] of one sorted list."""
 
@@ -123,11 +127,47 @@ class Strips:
         who, left = who[good], left[good]
         return cls(good, who, bottom - 2 * who, top - 2 * who, left, shut, number[begin], number[stop] - number[begin])
 
+    def merged(self) -> Strips:
+        """Neighbouring strips taken as one, in which all is as in their middle one: the midpoint rule.
+
+        They are at most MERGED, from one of SHARES of the light. Each is closed by itself.
+        """
+        share = ((self.low + self.high) * (SHARES / 2)).astype(np.int64)
+        fresh = np.append(True, (np.diff(self.number) != 1) | (np.diff(self.who) != 0) | (np.diff(share) != 0))
+        start = np.flatnonzero(fresh[: self.who.size])
+        nth = np.arange(self.who.size) - np.repeat(start, np.diff(np.append(start, self.who.size)))
+        first = np.flatnonzero(nth % MERGED == 0)
+        last = np.append(first[1:], self.who.size) - 1
+        middle = (first + last + 1) // 2
+        shut = np.ones((2, first.size), dtype=bool)
+        before = np.searchsorted(middle, self.first)
+        count = np.searchsorted(middle, self.first + self.count) - before
+        return Strips(
+            2 * np.arange(first.size),
+            self.who[first],
+            self.low[first],
+            self.high[last],
+            self.left[middle],
+            shut,
+            before,
+            count,
+        )
+
 
 def extra_layers(
-    cut: Pieces, rim: Rim, x: Floats, n: Floats, start: Ints, at: Floats, jump: Ints, frame: LightFrame
+    cut: Pieces,
+    rim: Rim,
+    x: Floats,
+    n: Floats,
+    start: Ints,
+    at: Floats,
+    jump: Ints,
+    frame: LightFrame,
+    merged: bool = False,
 ) -> tuple[Floats, Floats, Floats]:
     """int f (w - 1)+ over the light, (n,), and what its error is made of: see `Strips.of`.
+
+    With strips ``merged``, without crossings in them, if that is wanted: see `Strips.merged`.
 
     Returns
     -------
@@ -139,13 +179,15 @@ def extra_layers(
     strips = Strips.of(cut, rim, start, at, jump)
     if strips.who.size == 0:
         return np.zeros(count), np.zeros(count), np.zeros(count)
+    if merged:
+        strips = strips.merged()
     piece, offset = expand(strips.count)
     sides = _sides(x, n, frame, strips)
-    parts = _parts(cut, piece, take(strips.first, piece) + offset, strips, sides)
+    parts = _parts(cut, piece, take(strips.first, piece) + offset, strips, sides, merged)
     order = Order.of(parts, strips.left)
     weights = np.zeros((3, piece.size), dtype=np.int64)  # along the part, on the strip's lower edge, on its upper one
     weights[:, order.index] = change(order.right, order.step)
-    crossing = _crossings(order, strips, weights)
+    crossing = [] if merged else _crossings(order, strips, weights)
     within = np.bincount(parts.strip, parts.step, minlength=strips.who.size).astype(np.int64)
     lines = Lines.join(
         _runs(parts, piece, weights[0], strips),
@@ -197,7 +239,7 @@ def _crossings(order: Order, strips: Strips, weights: Ints) -> list[Lines]:
     return [Lines(strips.who[line], p, q, np.where(end == 1, weight, -weight))]
 
 
-def _parts(cut: Pieces, piece: Ints, line: Ints, strips: Strips, sides: Floats) -> Parts:
+def _parts(cut: Pieces, piece: Ints, line: Ints, strips: Strips, sides: Floats, merged: bool) -> Parts:
     """Pieces where they pass the edges of strips, kept between the light's ``sides``."""
     rises = cut.q[1] > cut.q[0]
     (low, high), (bottom, top) = (np.where(rises, v, v[::-1]) for v in (cut.p, _kept(cut.q, cut.owner)))
@@ -206,7 +248,7 @@ def _parts(cut: Pieces, piece: Ints, line: Ints, strips: Strips, sides: Floats) 
     end = take(strips.high, line)
     first = low + slope * (take(strips.low, line) - bottom)
     last = np.where(end == top, high, low + slope * (end - bottom))
-    if sides[0].any() or not sides[1].all():
+    if merged or sides[0].any() or not sides[1].all():
         first, last = (np.clip(v, *take(sides[:, k], line)) for k, v in enumerate((first, last)))
     return Parts(line, first, last, take(np.where(rises, 1, -1), piece))
 

@@ -64,7 +64,7 @@ def mesh_radiance(points: ShadingPoints, source: Source) -> tuple[Floats, Floats
     lit = np.flatnonzero((whole > 0) & faced_by(*light.columns, x))
     if lit.size:
         x, n, whole, relative = x[:, lit], n[:, lit], whole[lit], relative[lit]
-        lost, error = hidden_irradiance(source, x, n, points.outside[lit])
+        lost, error = hidden_irradiance(source, x, n, points.outside[lit], points.tolerance)
         # What is left lies between nothing and all of it: to cut it there takes nothing from the bound.
         left = np.clip(whole - lost, 0, whole)
         out[:, lit] = points.diffuse[:, lit] * (left / math.pi) * colour(light)
