@@ -10,29 +10,46 @@ from nusselt.renderer.vectors import Bools, Floats, Ints
 
 from .moments import Pieces
 
+ROWS = 128
+"""Of pixels, handled at once: bounds the memory."""
 AROUND = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1)]
 
 
 def means(centre: Floats, region: Ints) -> Floats:
-    """Means (3, h, w) over pixels without an edge: the centre, and the Laplacian over 24 of its neighbours.
+    """Means over pixels without an edge, in place of their centres: with the Laplacian over 24 of their neighbours.
 
     Parameters
     ----------
     centre : (3, h, w) float64
-        Radiance at the centres.
+        Radiance at the centres; afterwards the means.
     region : (h, w) int64
         Below 0 where there is none.
     """
-    value = centre.copy()
-    across = (region[:, 1:-1] == region[:, 2:]) & (region[:, 1:-1] == region[:, :-2]) & (region[:, 1:-1] >= 0)
-    down = (region[1:-1] == region[2:]) & (region[1:-1] == region[:-2]) & (region[1:-1] >= 0)
-    for source, out in zip(centre, value, strict=True):
-        bend = source[:, 2:] - 2 * source[:, 1:-1] + source[:, :-2]
-        np.add(out[:, 1:-1], bend / 24, out=out[:, 1:-1], where=across)
-        bend = source[2:] - 2 * source[1:-1] + source[:-2]
-        np.add(out[1:-1], bend / 24, out=out[1:-1], where=down)
+    height = region.shape[0]
+    for out in centre:
+        source = out.copy()
+        for top in range(0, height, ROWS):
+            rows = slice(top, min(top + ROWS, height))
+            _add_bends(out[rows], source[rows], region[rows], -1)
+            inner = slice(max(top, 1), min(top + ROWS, height - 1))
+            around = slice(inner.start - 1, inner.stop + 1)
+            _add_bends(out[inner], source[around], region[around], 0)
         np.maximum(out, 0.0, out=out)
-    return value
+    return centre
+
+
+def _add_bends(out: Floats, source: Floats, region: Ints, axis: int) -> None:
+    """Add second differences over 24 along an axis, within regions, to the places ``out`` that have neighbours."""
+    before, middle, after = (
+        (slice(None),) * (axis % 2) + (part,) for part in (slice(-2), slice(1, -1), slice(2, None))
+    )
+    here = region[middle]
+    same = (here == region[before]) & (here == region[after]) & (here >= 0)
+    bend = source[before] + source[after]
+    bend -= 2 * source[middle]
+    bend /= 24
+    place = out[middle] if axis else out
+    np.add(place, bend, out=place, where=same)
 
 
 @dataclass(frozen=True)

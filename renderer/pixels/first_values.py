@@ -11,7 +11,8 @@ from nusselt.renderer.needs import Needs
 from nusselt.renderer.vectors import Bools, Floats, Ints
 
 from .doubt import doubtful
-from .fill import Parts, fill
+from .fill import fill
+from .filling import Parts
 from .first_estimates import Known, first_estimates, means
 from .interpolation import WITHIN, error_bound
 from .moments import Pieces
@@ -67,6 +68,7 @@ def first_values(
     width = shown.region.shape[1]
     surface = surface_of(np.maximum(shown.region, -1), regions.surfaces)
     region = np.where((shown.region != EDGE) & palette.reflects[surface], shown.region, EDGE)
+    del surface
     pieces = shown.pieces.take(np.flatnonzero(palette.reflects[surface_of(shown.pieces.region, regions.surfaces)]))
     alone, own = _doubtful(regions, needs, region, pieces)
     rough = _junction(pieces, shown.pieces) | np.isin(pieces.cell, shown.sampled.pixel)
@@ -81,6 +83,7 @@ def first_values(
         return SHARE * tolerance * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
 
     found = fill(region, Parts(pieces, own, own | rough), evaluate, allowed, alone)
+    known = Known.of(found.value.sum(axis=0), region, pieces, found.piece.sum(axis=0))
     image = means(found.value, region)
     pixel, part = np.flatnonzero((region != EDGE) & (found.bound == 0)), np.flatnonzero(found.piece_bound == 0)
     whole = np.arange(pixel.size + part.size) < pixel.size
@@ -100,7 +103,6 @@ def first_values(
         lost=np.zeros(whole.size),
     )
     unsure = np.concatenate((alone.ravel()[pixel], own[part]))
-    known = Known.of(found.value.sum(axis=0), region, pieces, found.piece.sum(axis=0))
     _estimate(items, regions, needs, known, unsure, np.concatenate((np.zeros(pixel.size, dtype=bool), rough[part])))
     image[:, region == EDGE] = 0
     lit = found.piece * pieces.area
@@ -145,7 +147,9 @@ def _near_doubt(regions: Regions, needs: Needs, region: Ints) -> Ints:
     x, y = ((number + 0.5) * SQUARE for number in (column, row))
     doubt = doubtful(regions, needs.sources, x, y, own[row, column], AROUND * SQUARE)
     some = region != EDGE
-    some[:h, :w].reshape(blocks.shape)[row[~doubt], :, column[~doubt]] = False
+    certain = np.zeros(own.shape, dtype=bool)
+    certain[row[~doubt], column[~doubt]] = True
+    some[:h, :w] &= ~certain.repeat(SQUARE, axis=0).repeat(SQUARE, axis=1)
     return np.flatnonzero(some)
 
 

@@ -1,11 +1,7 @@
-"""Radiance at pixel centres, evaluated where it must be and interpolated where it is smooth.
+"""Cubic interpolation between values on a grid, and how wrong it may be, from their differences.
 
-Centres are taken far apart, then half as far, down to 2. A square of four of them that shows one region
-throughout, and whose fourth differences (in rows, columns and both diagonals) are small, is filled by cubic
-interpolation; any other is divided. A kink of slope change s between centres a distance h apart gives fourth
-differences of h s/2 at
-least, and an error of at most 3/8 h s/2. Where the function is smooth the error is 3/128 of the fourth difference.
-So what is smooth is not shaded, and a penumbra's edge is.
+A kink of slope change s between values a distance h apart gives fourth differences of h s/2 at least, and an error of
+at most 3/8 h s/2. Where the function is smooth the error is 3/128 of the fourth difference.
 """
 
 from __future__ import annotations
@@ -45,8 +41,8 @@ class Rule:
 
 BETWEEN = Rule(0.16, 0.03, 0.03, True, False)
 """Of cubic interpolation between nodes, the RMS over the square of four of them, of which the largest speaks. Over
-sums of waves 7 to 50 nodes long, and kinks and kinks of the slope of all places and directions, it was 0.9 of the error
-at least and 3 to 9 times its RMS."""
+sums of waves 7 to 50 nodes long, kinks, and kinks of the slope, of all places and directions, it was twice to five
+times the RMS error of each kind, and for single squares half of the error at least."""
 WITHIN = Rule(1 / 12, 1 / 100, 1 / 40, False, True)
 """Of a pixel's centre plus Laplacian over 24: 0.003 where smooth; a kink leaves 1/12 where these are 2 and 6, and
 1/48 where they are 0.5 and 1.5."""

@@ -108,7 +108,10 @@ def render_area(
 
     rest = first.settled + refine(first.items, shown.edges, regions, shade, budget, jumps, doubt)
     image = _assemble(scene, regions, palette, shown, first, needs.left_out)
-    square = max(first.square, float((image.mean[:, image.shaded] ** 2).sum()))  # what was first found may be nothing
+    lit = (np.where(image.shaded, channel, 0.0) for channel in image.mean)
+    square = max(
+        first.square, sum(float(np.einsum("hw,hw->", v, v)) for v in lit)
+    )  # what was first found may be nothing
     error = min(math.sqrt(rest / square), 1.0) if square > 0 else float(rest > 0)
     parts = int(shown.pieces.cell.size)
     return AreaImage(image, error, tolerance, shade.evaluations, parts, int(shown.sampled.pixel.size))
@@ -132,18 +135,21 @@ def _assemble(
 
     def share(kind: Floats | Bools) -> Floats:
         """Of each pixel, summed over its pieces."""
-        return kind[surface] * whole + np.bincount(pieces.cell, pieces.area * kind[split], count)
+        out = (kind[surface] * whole).astype(np.float64, copy=False)
+        out += np.bincount(pieces.cell, pieces.area * kind[split], count)
+        return out
 
     for out, seen in zip(mean, palette.seen, strict=True):
         if seen.any():
             out += share(seen)
-    image: Floats = mean.reshape(3, height, width)
     nothing = np.arange(regions.surfaces + 1) == regions.surfaces
     emitter, background = (_snapped(share(kind)).reshape(height, width) for kind in (palette.emitter, nothing))
-    back_faces = int((_snapped(share(palette.back)) > 0).sum())
-    return Image.without_noise(image, emitter, background, back_faces, left_out)
+    back_faces = int((_snapped(share(palette.back)) > 0).sum()) if palette.back.any() else 0
+    return Image.without_noise(mean.reshape(3, height, width), emitter, background, back_faces, left_out)
 
 
 def _snapped(share: Floats) -> Floats:
     """Shares of a pixel; within 1e-6 of nothing or all they are that."""
-    return np.where(share < 1e-6, 0.0, np.where(share > 1 - 1e-6, 1.0, share))
+    share[share < 1e-6] = 0.0
+    share[share > 1 - 1e-6] = 1.0
+    return share

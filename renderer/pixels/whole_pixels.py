@@ -29,7 +29,7 @@ class Shown:
     ----------
     edges : Edges
         Visible ones.
-    region : (h, w) int64
+    region : (h, w) int32, or int64 where there are so many
         EDGE where one passes.
     pieces : Pieces
         Of the pixels that one crosses.
@@ -77,6 +77,7 @@ def _whole_regions(regions: Regions, crossed: Ints, runs: bool) -> Ints:
         start[np.maximum(pixel - 1, 0)] = True
     first = np.flatnonzero(start)
     seen = regions.seen(first % width + 0.5, first // width + 0.5)
+    seen = seen.astype(np.result_type(np.int32, np.min_scalar_type(seen.max(initial=0))))
     region = np.repeat(seen, np.diff(np.append(first, start.size)))
     region[crossed] = EDGE
     return region
