@@ -84,7 +84,8 @@ def first_values(
 
     found = fill(region, Parts(pieces, own, own | rough), evaluate, allowed, alone)
     known = Known.of(found.value.sum(axis=0), region, pieces, found.piece.sum(axis=0))
-    image = means(found.value, region)
+    # What others tell nothing of tells nothing of its neighbours.
+    image = means(found.value, np.where(alone, EDGE, region) if alone.any() else region)
     pixel, part = np.flatnonzero((region != EDGE) & (found.bound == 0)), np.flatnonzero(found.piece_bound == 0)
     whole = np.arange(pixel.size + part.size) < pixel.size
     rest = pieces.take(part)

@@ -55,10 +55,9 @@ class Lattice:
         bound = np.zeros(region.size)
         bound[index] = error_bound(value.sum(axis=0), region, BETWEEN, index)
         # Differences are those of the channels' sum; the error is the norm.
-        sum_, norm = (
-            f(value.reshape(3, -1)[:, index]) for f in (lambda v: v.sum(axis=0), lambda v: np.sqrt((v * v).sum(axis=0)))
-        )
-        bound[index] *= np.where(sum_ > 0, norm / np.where(sum_ > 0, sum_, 1.0), 1.0)
+        values = value.reshape(3, -1)[:, index]
+        total, norm = values.sum(axis=0), np.sqrt((values * values).sum(axis=0))
+        bound[index] *= np.where(total > 0, norm / np.where(total > 0, total, 1.0), 1.0)
         rough = np.maximum.reduce([bound[corner] for corner in corners])
         return replace(groups, top=top, left=left, rough=rough)
 

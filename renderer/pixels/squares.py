@@ -86,7 +86,7 @@ class Trials:
     @classmethod
     def none(cls) -> Trials:
         nothing, none = np.zeros(0, dtype=np.int64), np.zeros(0)
-        shares = Shares(Groups(*(nothing,) * 7), np.zeros((0, 1, 1), dtype=bool), nothing, nothing, none)
+        shares = Shares(Groups.of(nothing, nothing, nothing), np.zeros((0, 1, 1), dtype=bool), nothing, nothing, none)
         return cls(shares, 1, nothing, nothing, nothing, nothing, none, none)
 
     @classmethod
