@@ -101,16 +101,18 @@ class Image:
         """An image in which nothing is random: radiance (3, h, w), shares of emitters and background (h, w)."""
         nothing = np.zeros(emitter.shape)
         shaded = (emitter == 0) & (background == 0)
+        level = np.clip(mean, 0, 1)
+        level *= 255
         return cls(
             first=mean,
             mean=mean,
             variance=np.zeros(mean.shape),
             pixel_variance=nothing,
-            level_mean=255 * np.clip(mean, 0, 1),
+            level_mean=level,
             level_variance=np.zeros(mean.shape),
             emitter=emitter,
             background=background,
-            unjudged=nothing > 0,
+            unjudged=np.zeros(emitter.shape, dtype=bool),
             pass_means=np.array([float(mean.mean(axis=0)[shaded].sum()) / max(int(shaded.sum()), 1)]),
             back_faces=back_faces,
             left_out=left_out,

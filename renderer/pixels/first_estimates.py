@@ -2,73 +2,130 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from nusselt.renderer.vectors import Bools, Floats, Ints
 
-from .interpolation import shifted
+from .moments import Pieces
 
-ELSEWHERE = -2
-"""A region that no pixel is of."""
+ROWS = 128
+"""Of pixels, handled at once: bounds the memory."""
 AROUND = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1)]
 
 
 def means(centre: Floats, region: Ints) -> Floats:
-    """Means (3, h, w) over pixels without an edge: the centre, and the Laplacian over 24 of its neighbours.
+    """Means over pixels without an edge, in place of their centres: with the Laplacian over 24 of their neighbours.
 
     Parameters
     ----------
     centre : (3, h, w) float64
-        Radiance at the centres.
+        Radiance at the centres; afterwards the means.
     region : (h, w) int64
         Below 0 where there is none.
     """
-    value = centre.copy()
-    across = (region[:, 1:-1] == region[:, 2:]) & (region[:, 1:-1] == region[:, :-2]) & (region[:, 1:-1] >= 0)
-    down = (region[1:-1] == region[2:]) & (region[1:-1] == region[:-2]) & (region[1:-1] >= 0)
-    for source, out in zip(centre, value, strict=True):
-        bend = source[:, 2:] - 2 * source[:, 1:-1] + source[:, :-2]
-        np.add(out[:, 1:-1], bend / 24, out=out[:, 1:-1], where=across)
-        bend = source[2:] - 2 * source[1:-1] + source[:-2]
-        np.add(out[1:-1], bend / 24, out=out[1:-1], where=down)
-    return value
+    height = region.shape[0]
+    for out in centre:
+        source = out.copy()
+        for top in range(0, height, ROWS):
+            rows = slice(top, min(top + ROWS, height))
+            _add_bends(out[rows], source[rows], region[rows], -1)
+            inner = slice(max(top, 1), min(top + ROWS, height - 1))
+            around = slice(inner.start - 1, inner.stop + 1)
+            _add_bends(out[inner], source[around], region[around], 0)
+        np.maximum(out, 0.0, out=out)
+    return centre
 
 
-def first_estimates(
-    centre: Floats, region: Ints, pixel: Ints, which: Ints, x: Floats, y: Floats, value: Floats
-) -> tuple[Floats, Floats]:
-    """Estimates (n,) for items whose neighbourhood is broken by edges; the largest radiance (n,) of each region near.
+def _add_bends(out: Floats, source: Floats, region: Ints, axis: int) -> None:
+    """Add second differences over 24 along an axis, within regions, to the places ``out`` that have neighbours."""
+    before, middle, after = (
+        (slice(None),) * (axis % 2) + (part,) for part in (slice(-2), slice(1, -1), slice(2, None))
+    )
+    here = region[middle]
+    same = (here == region[before]) & (here == region[after]) & (here >= 0)
+    bend = source[before] + source[after]
+    bend -= 2 * source[middle]
+    bend /= 24
+    place = out[middle] if axis else out
+    np.add(place, bend, out=place, where=same)
+
+
+@dataclass(frozen=True)
+class Known:
+    """First values: of whole pixels, and of pieces in the order of their pixel and region.
 
     Parameters
     ----------
     centre : (h, w) float64
         Radiance at whole pixels' centres, channels summed.
     region : (h, w) int64
+    key : (n,) int64
+        Of the pieces, ascending.
+    value : (n,) float64
+    base : int
+    """
+
+    centre: Floats
+    region: Ints
+    key: Ints
+    value: Floats
+    base: int
+
+    @classmethod
+    def of(cls, centre: Floats, region: Ints, pieces: Pieces, value: Floats) -> Known:
+        base = int(max(region.max(initial=0), pieces.region.max(initial=0))) + 1
+        key = pieces.cell * base + pieces.region
+        order = np.argsort(key, kind="stable")
+        return cls(centre, region, key[order], value[order], base)
+
+    def near(self, pixel: Ints, which: Ints, inside: Bools) -> tuple[Bools, Bools, Floats]:
+        """Whether pixels (n,) show given regions as a whole, or as a piece; and the radiance there, else NaN."""
+        whole = inside & (self.region.ravel()[pixel] == which)
+        value = np.where(whole, self.centre.ravel()[pixel], np.nan)
+        if self.key.size == 0:
+            return whole, np.zeros(pixel.size, dtype=bool), value
+        key = pixel * self.base + which
+        place = np.minimum(np.searchsorted(self.key, key), self.key.size - 1)
+        part = inside & (self.key[place] == key)
+        return whole, part, np.where(part, self.value[place], value)
+
+
+def first_estimates(
+    known: Known, pixel: Ints, which: Ints, x: Floats, y: Floats, value: Floats
+) -> tuple[Floats, Floats]:
+    """Estimates (n,) for items whose neighbourhood is broken by edges; the largest radiance (n,) of each region near.
+
+    Parameters
+    ----------
+    known : Known
     pixel, which : (n,) int64
         Pixel and region of each item.
     x, y, value : (n,) float64
         Its place, and its radiance there.
     """
-    slopes = _slope(centre, region, 0, 1), _slope(centre, region, 1, 0)
+    centre, region = known.centre, known.region
     predicted, missed = np.zeros(pixel.size, dtype=bool), np.zeros(pixel.size)
     low, high, others = value.copy(), value.copy(), np.zeros(pixel.size, dtype=bool)
-    lookup = _Lookup.of(pixel, which)
     row, column = np.divmod(pixel, region.shape[1])
     for dy, dx in AROUND:
         r, c, inside = _inside(row + dy, column + dx, region.shape)
-        same = inside & (region[r, c] == which)
-        guess = centre[r, c] + slopes[0][r, c] * (x - c - 0.5) + slopes[1][r, c] * (y - r - 0.5)
-        told = same & np.isfinite(guess)
+        same, part, near = known.near(r * region.shape[1] + c, which, inside)
+        told = np.flatnonzero(same)
+        at = r[told], c[told]
+        guess = np.full(pixel.size, np.nan)
+        guess[told] = centre[at] + _slope(known, *at, 0, 1) * (x[told] - at[1] - 0.5)
+        guess[told] += _slope(known, *at, 1, 0) * (y[told] - at[0] - 0.5)
+        told = np.isfinite(guess)
         if (dy == 0) != (dx == 0):
             # What comes from a slope that was taken from the item's own value alone agrees with it, whatever it is.
             r2, c2, on = _inside(row + 2 * dy, column + 2 * dx, region.shape)
             told &= (region[row, column] != which) | (on & (region[r2, c2] == which))
         missed = np.maximum(missed, np.where(told, np.abs(value - guess), 0.0))
         predicted |= told & bool(dy or dx)
-        item, found = lookup.find(r * region.shape[1] + c, which, inside)
-        near = np.where(same, centre[r, c], np.where(found, value[item], value))
-        low, high = np.minimum(low, near), np.maximum(high, near)
-        others |= (same | found) & bool(dy or dx)
+        low, high = np.fmin(low, near), np.fmax(high, near)
+        others |= (same | part) & bool(dy or dx)
     return np.where(predicted, missed / 8, np.where(others, (high - low) / 8, np.abs(value))), high
 
 
@@ -77,31 +134,15 @@ def _inside(r: Ints, c: Ints, shape: tuple[int, ...]) -> tuple[Ints, Ints, Bools
     return np.where(inside, r, 0), np.where(inside, c, 0), inside
 
 
-def _slope(value: Floats, region: Ints, dy: int, dx: int) -> Floats:
-    """Central difference within one region, one-sided where it ends, NaN where it is a single pixel wide."""
+def _slope(known: Known, r: Ints, c: Ints, dy: int, dx: int) -> Floats:
+    """Central difference at pixels within one region, one-sided where it ends, NaN where it is a single pixel wide."""
+    own, value = known.region[r, c], known.centre[r, c]
 
     def step(sign: int) -> Floats:
-        same = shifted(region, sign * dy, sign * dx, ELSEWHERE) == region
-        return np.where(same & (region >= 0), sign * (shifted(value, sign * dy, sign * dx, np.nan) - value), np.nan)
+        r2, c2, on = _inside(r + sign * dy, c + sign * dx, known.region.shape)
+        same = on & (own >= 0) & (known.region[r2, c2] == own)
+        return np.where(same, sign * (known.centre[r2, c2] - value), np.nan)
 
     ahead, behind = step(1), step(-1)
     both = (ahead + behind) / 2
     return np.where(np.isfinite(both), both, np.where(np.isfinite(ahead), ahead, behind))
-
-
-class _Lookup:
-    """Items by pixel and region."""
-
-    def __init__(self, keys: Ints, order: Ints, base: int) -> None:
-        self._keys, self._order, self._base = keys, order, base
-
-    @classmethod
-    def of(cls, pixel: Ints, which: Ints) -> _Lookup:
-        base = int(which.max(initial=0)) + 1
-        order = np.argsort(pixel * base + which, kind="stable")
-        return cls((pixel * base + which)[order], order, base)
-
-    def find(self, pixel: Ints, which: Ints, wanted: Bools) -> tuple[Ints, Bools]:
-        key = pixel * self._base + which
-        place = np.minimum(np.searchsorted(self._keys, key), max(self._keys.size - 1, 0))
-        return self._order[place], wanted & (self._keys[place] == key)

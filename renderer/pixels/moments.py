@@ -12,7 +12,7 @@ a cell where the two differ has lost an edge, and is reported.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -55,6 +55,15 @@ class Pieces:
     x: Floats
     y: Floats
     covariance: Floats
+
+    @classmethod
+    def none(cls) -> Pieces:
+        nothing, none = np.zeros(0, dtype=np.int64), np.zeros(0)
+        return cls(nothing, nothing, none, none, none, np.zeros((3, 0)))
+
+    def take(self, index: Ints) -> Pieces:
+        """The pieces ``index`` (k,)."""
+        return Pieces(*(getattr(self, part.name)[..., index] for part in fields(self)))
 
 
 def visible_edges(bits: Bits, regions: Regions) -> Edges:

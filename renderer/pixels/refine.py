@@ -27,7 +27,7 @@ are doubled, and at least half of an estimate stays.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,8 +41,32 @@ from .shade import Shader
 
 Doubt = Callable[[Floats, Floats, Ints, float], NDArray[np.bool_]]
 """From image points (n,), their regions and a width in pixels to where a shadow fits in that (see `doubt`)."""
+UNSEEN = 0.25
+"""Of the unshadowed radiance, that a shadow which fits in a pixel may be worth."""
 GRIDS = (1, 2, 4, 8, 16)
 """Cells in a pixel's side, level by level."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How an estimate falls with a round.
+
+    Parameters
+    ----------
+    piece_stays, whole_stays : float
+        What stays of a piece's, and of a whole pixel's, at least.
+    piece, whole : float
+        Of what each changed by.
+    """
+
+    piece_stays: float
+    whole_stays: float
+    piece: float
+    whole: float
+
+
+SMOOTH = Rule(1 / 8, 1 / 16, 1 / 2, 1 / 5)
+JUMPS = Rule(1 / 2, 1 / 2, 1 / 2, 1 / 2)
 
 
 @dataclass
@@ -81,6 +105,12 @@ class Items:
     dark: NDArray[np.bool_]
     lost: Floats
 
+    @classmethod
+    def joined(cls, *parts: Items) -> Items:
+        """One after the other."""
+        names = [part.name for part in fields(cls)]
+        return cls(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
+
 
 @dataclass(frozen=True)
 class Nodes:
@@ -100,15 +130,18 @@ def refine(
     items: Items, edges: Edges, regions: Regions, shade: Shader, budget: float, jumps: bool, doubt: Doubt
 ) -> float:
     """Refine items in place until the sum of squared estimates is below ``budget``; returns that sum."""
+    rule = JUMPS if jumps else SMOOTH
     if jumps:
         items.estimate *= 2
         items.lost[:] = 0
     chosen = np.union1d(_worst(items, budget / 2), np.flatnonzero(items.dark))
     while chosen.size:
-        for level in np.unique(items.level[chosen]):
-            mine = chosen[items.level[chosen] == level]
-            _evaluate(items, mine, int(level) + 1, edges, regions, shade, 1 / 2 if jumps else 1 / 8, doubt)
-        chosen = _worst(items, budget / 2)
+        _evaluate(items, chosen, edges, regions, shade, rule, doubt)
+        chosen = _worst(items, budget / 2) if _left(items) > budget else chosen[:0]
+    return _left(items)
+
+
+def _left(items: Items) -> float:
     return float((items.estimate**2).sum())
 
 
@@ -122,40 +155,53 @@ def _worst(items: Items, budget: float) -> Ints:
 
 
 def _evaluate(
-    items: Items, chosen: Ints, level: int, edges: Edges, regions: Regions, shade: Shader, stays: float, doubt: Doubt
+    items: Items, chosen: Ints, edges: Edges, regions: Regions, shade: Shader, rule: Rule, doubt: Doubt
 ) -> None:
-    grid = GRIDS[level]
-    whole = items.whole[chosen]
-    parts = [_gauss(items, chosen[whole], grid)]
-    pieces = chosen[~whole]
-    if pieces.size:
-        parts += [_matched(items, pieces)] if level == 1 else _subdivided(items, pieces, grid, edges, regions)
-    nodes = Nodes.joined(parts)
-    count = items.pixel.size
-    seen = np.bincount(nodes.item, nodes.weight, count)
+    """Evaluate items on their next grids."""
+    parts, level = [], items.level[chosen] + 1
+    for now in np.unique(level).tolist():
+        parts += _nodes(items, chosen[level == now], now, edges, regions)
+    nodes, count = Nodes.joined(parts), items.pixel.size
+    seen = np.bincount(nodes.item, nodes.weight, count)[chosen]
     radiance = shade(nodes.x, nodes.y, items.region[nodes.item])
     total = np.stack([np.bincount(nodes.item, nodes.weight * channel, count)[chosen] for channel in radiance])
-    found = seen[chosen] > 0
-    value = np.where(found, total / np.where(found, seen[chosen], 1.0), items.value[:, chosen])
+    value = np.where(seen > 0, total / np.where(seen > 0, seen, 1.0), items.value[:, chosen])
     change = np.sqrt(((value - items.value[:, chosen]) ** 2).sum(axis=0)) * items.area[chosen]
-    least = items.estimate[chosen] * stays
-    if level == 1 and pieces.size:  # nodes behind something else tell little of the piece
-        hidden = np.zeros(count, dtype=bool)
-        hidden[nodes.item[regions.seen(nodes.x, nodes.y) != items.region[nodes.item]]] = True
-        keep = hidden[chosen] & ~whole
-        least = np.where(keep, items.estimate[chosen], least)
-        value = np.where(keep, items.value[:, chosen], value)
-    items.value[:, chosen] = value
-    least = np.maximum(least, items.lost[chosen] * _doubted(nodes, items, grid, doubt)[chosen])
-    items.estimate[chosen] = np.maximum(change / 2, least)
+    whole = items.whole[chosen]
+    stays = items.estimate[chosen] * np.where(whole, rule.whole_stays, rule.piece_stays)
+    estimate = np.maximum(change * np.where(whole, rule.whole, rule.piece), stays)
+    keep = _hidden(items, nodes, regions)[chosen] & ~whole & (level == 1)
+    estimate = np.where(keep, np.maximum(estimate, items.estimate[chosen]), estimate)
+    items.value[:, chosen] = np.where(keep, items.value[:, chosen], value)
+    items.estimate[chosen] = np.maximum(estimate, items.lost[chosen] * _doubted(nodes, items, doubt)[chosen])
     items.level[chosen] = level
 
 
-def _doubted(nodes: Nodes, items: Items, grid: int, doubt: Doubt) -> Floats:
+def _nodes(items: Items, chosen: Ints, level: int, edges: Edges, regions: Regions) -> list[Nodes]:
+    whole = items.whole[chosen]
+    parts, pieces = [_gauss(items, chosen[whole], GRIDS[level])], chosen[~whole]
+    if pieces.size:
+        parts += [_matched(items, pieces)] if level == 1 else _subdivided(items, pieces, GRIDS[level], edges, regions)
+    return parts
+
+
+def _hidden(items: Items, nodes: Nodes, regions: Regions) -> NDArray[np.bool_]:
+    """Which pieces' first three nodes are, some of them, behind something else: they tell little of the piece."""
+    first = np.flatnonzero((items.level == 0)[nodes.item] & ~items.whole[nodes.item])
+    hidden, item = np.zeros(items.pixel.size, dtype=bool), nodes.item[first]
+    hidden[item[regions.seen(nodes.x[first], nodes.y[first]) != items.region[item]]] = True
+    return hidden
+
+
+def _doubted(nodes: Nodes, items: Items, doubt: Doubt) -> Floats:
     """Of each item, the root of the sum of squared shares of its nodes that shadows still fit around."""
-    k = np.flatnonzero(items.lost[nodes.item] > 0)
-    k = k[doubt(nodes.x[k], nodes.y[k], items.region[nodes.item[k]], 1 / grid)]
-    count = items.pixel.size
+    mine = np.flatnonzero(items.lost[nodes.item] > 0)
+    level, still = items.level[nodes.item[mine]] + 1, np.zeros(mine.size, dtype=bool)
+    for now in np.unique(level).tolist():
+        k = np.flatnonzero(level == now)
+        node = mine[k]
+        still[k] = doubt(nodes.x[node], nodes.y[node], items.region[nodes.item[node]], 1 / GRIDS[now])
+    k, count = mine[still], items.pixel.size
     weight = np.bincount(nodes.item, nodes.weight, count)
     return np.sqrt(np.bincount(nodes.item[k], nodes.weight[k] ** 2, count)) / np.maximum(weight, 1e-300)
 

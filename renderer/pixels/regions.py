@@ -30,6 +30,8 @@ from .projection import Lens
 BLOCKS = (128, 64, 32, 16)
 """Pixels a side of the blocks whose triangles are looked up; small ones only where there are many triangles."""
 MANY = 200
+FEW = 1 << 19
+"""Pairs of a ray and a triangle that cost less than the looking up."""
 BIG = 1024
 """Triangles beyond which rays are sorted into pixels instead."""
 NOTHING = -1
@@ -106,6 +108,10 @@ class Regions:
         return self._sided(surface, d, distance)
 
     @cached_property
+    def _live(self) -> Ints:
+        return np.flatnonzero(self.pencil.live)
+
+    @cached_property
     def _boxes(self) -> ImageBoxes:
         corners = self.lens.directions(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
         return ImageBoxes.about(self.geometry, self.lens.origin, corners)
@@ -114,6 +120,9 @@ class Regions:
         if self.geometry.triangles > BIG:
             distance, triangle, _ = self._boxes.nearest(d)
             return distance, triangle
+        if self.geometry.triangles * x.size <= FEW:
+            near, triangle = self.pencil.nearest(d, self._live)
+            return np.divide(1, near, out=np.full(x.size, np.inf), where=near > 0), triangle
         level = 1 if self.geometry.triangles < MANY else len(BLOCKS) - 1
         size = BLOCKS[level]
         across = -(-self.lens.width // size)

@@ -26,7 +26,7 @@ from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats, Ints, dot
 
 from .faces import PLANE
-from .interpolation import fill_centres
+from .fill import fill_centres
 
 SMALLEST = 512
 """Pixels in a piece of work, at least."""

@@ -15,8 +15,8 @@ from nusselt.renderer.image import Image
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 
+from .fill import fill_centres
 from .first_estimates import means
-from .interpolation import fill_centres
 from .render_centre import CentreShader, planes, share_of_rms
 from .supersampling import around_agrees, sample_crowd, touched
 

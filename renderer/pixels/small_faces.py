@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from nusselt.renderer.needs import Needs
-from nusselt.renderer.vectors import Bools, Floats, Ints
+from nusselt.renderer.vectors import Bools, Ints
 
+from .moments import Pieces
+from .refine import UNSEEN, Items
 from .regions import Regions
 from .shade import Shader, unshadowed
 from .shadow_fits import Places, fit_shadows
@@ -35,31 +39,78 @@ def bodies(regions: Regions, region: Ints) -> Ints:
     return found
 
 
-def fitted(
-    regions: Regions,
-    needs: Needs,
-    shade: Shader,
-    place: tuple[Floats, Floats, Ints, Floats],
-    doubt: Floats,
-    asked: tuple[float, float],
-) -> Places:
-    """Radiance of places on small faces.
+@dataclass(frozen=True)
+class SmallFaces:
+    """Places in an image that show small faces.
 
     Parameters
     ----------
-    place : tuple of (n,) arrays
-        Image points, regions, and shares of their pixels.
-    doubt : (n,) float64
-        Of the unshadowed radiance, what a shadow that fits in a pixel there may be worth.
-    asked : (tolerance, others)
-        See `fit_shadows`.
+    pixel : (k,) int64
+        Whole pixels.
+    region : (k,) int64
+        Theirs.
+    pieces : Pieces
+        m pieces of others.
+    others : (j,) int64
+        The pieces that are not.
+    label : (m + j,) int64
+        Of all pieces: alike for small faces of one body.
+    doubt : (k + m,) bool
+        Where a shadow may fit in a pixel.
     """
-    x, y, region, area = place
-    free = unshadowed(regions, needs, x, y, region)
-    _, face = np.unique(region, return_inverse=True)
-    worst = np.zeros(int(face.max(initial=-1)) + 1)
-    np.maximum.at(worst, face, doubt)
-    lost = worst[face] * np.sqrt((free**2).sum(axis=0))
-    places = Places.of(x, y, area, face, bodies(regions, region), free, lost)
-    fit_shadows(places, lambda k: shade(x[k], y[k], region[k]), *asked)
-    return places
+
+    pixel: Ints
+    region: Ints
+    pieces: Pieces
+    others: Ints
+    label: Ints
+    doubt: Bools
+
+    @classmethod
+    def of(cls, regions: Regions, region: Ints, pieces: Pieces, alone: Bools, own: Bools) -> SmallFaces | None:
+        """Those among whole pixels' regions (h, w), of none below 0, and pieces; None where there are none."""
+        if regions.faces.count < LEAST:
+            return None
+        every = np.flatnonzero(region >= 0)
+        which = np.append(region.ravel()[every], pieces.region)
+        body = bodies(regions, which)
+        small = on_small_faces(which, body)
+        if not small.any():
+            return None
+        pixel, piece = every[small[: every.size]], np.flatnonzero(small[every.size :])
+        return cls(
+            pixel,
+            region.ravel()[pixel],
+            pieces.take(piece),
+            np.flatnonzero(~small[every.size :]),
+            np.where(small, -2 - body, which)[every.size :],
+            np.append(alone.ravel()[pixel], own[piece]),
+        )
+
+    def items(self, regions: Regions, needs: Needs, shade: Shader, asked: tuple[float, float]) -> Items:
+        """With what `fit_shadows` finds of them; ``asked`` are its tolerance and others."""
+        width, whole = regions.lens.width, np.arange(self.doubt.size) < self.pixel.size
+        x, y = np.append(self.pixel % width + 0.5, self.pieces.x), np.append(self.pixel // width + 0.5, self.pieces.y)
+        region, area = np.append(self.region, self.pieces.region), np.append(np.ones(self.pixel.size), self.pieces.area)
+        free = unshadowed(regions, needs, x, y, region)
+        most = UNSEEN * np.sqrt((free**2).sum(axis=0))
+        _, face = np.unique(region, return_inverse=True)
+        worst = np.zeros(int(face.max()) + 1)
+        np.maximum.at(worst, face, 1.0 * self.doubt)
+        places = Places.of(x, y, area, face, bodies(regions, region), free, worst[face] * most)
+        fit_shadows(places, lambda k: shade(x[k], y[k], region[k]), *asked)
+        lost = np.where(self.doubt, places.worth * most, 0.0)
+        return Items(
+            pixel=np.append(self.pixel, self.pieces.cell),
+            region=region,
+            area=area,
+            x=x,
+            y=y,
+            covariance=np.hstack((np.zeros((3, self.pixel.size)), self.pieces.covariance)),
+            value=places.value,
+            estimate=np.maximum(places.error / np.where(places.known, 1.0, np.sqrt(area)), lost) * area,
+            level=np.zeros(whole.size, dtype=np.int64),
+            whole=whole,
+            dark=np.zeros(whole.size, dtype=bool),
+            lost=lost * area,
+        )

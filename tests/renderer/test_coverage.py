@@ -15,7 +15,7 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Analytic, Area
 from nusselt.renderer.lights import PointLight
 from nusselt.renderer.pixels import render_area
-from nusselt.renderer.pixels.interpolation import BETWEEN, WITHIN, error_bound
+from nusselt.renderer.pixels.interpolation import BETWEEN, WITHIN, cubic, error_bound
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.surfaces import Ellipsoid, Material
 
@@ -106,7 +106,7 @@ def test_solids_that_pass_through_each_other_are_cut_without_samples():
 @pytest.mark.parametrize("lost", range(0, 40, 9))
 def test_a_lost_edge_is_noticed(lost, monkeypatch):
     """Its pixels' books do not balance, or neighbours differ: they are taken by rays, and the image stays right."""
-    module = __import__("nusselt.renderer.pixels.render_area", fromlist=["find_lines"])
+    module = __import__("nusselt.renderer.pixels.whole_pixels", fromlist=["find_lines"])
     view = VIEWS["cornell-boxes/1"]
     truth = render_area(view, Analytic(), tolerance=1e-3).image
     found = module.find_lines
@@ -133,6 +133,7 @@ def test_bounds_hold_at_kinks_everywhere_in_a_pixel():
     v, u = ((index.ravel() + 0.5) / fine - 0.5 for index in np.meshgrid(*[np.arange(fine)] * 2, indexing="ij"))
     region = np.zeros((size, size), dtype=np.int64)
     centre = np.array([6 * size + 6])
+    squares = []
     for _ in range(300):
         angle, shift = rng.uniform(0, 2 * math.pi), rng.uniform(-0.7, 0.7)
         a, b = math.cos(angle), math.sin(angle)
@@ -144,9 +145,13 @@ def test_bounds_hold_at_kinks_everywhere_in_a_pixel():
         corrected = value[6, 6] + (value[6, 5] + value[6, 7] + value[5, 6] + value[7, 6] - 4 * value[6, 6]) / 24
         assert abs(f(u, v).mean() - corrected) <= error_bound(value, region, WITHIN, centre)[0]
         nodes = np.array([6 * size + 6, 6 * size + 7, 7 * size + 6, 7 * size + 7])
-        weights = np.array([-1, 9, 9, -1]) / 16
-        middle = weights @ value[5:9, 5:9] @ weights
-        assert abs(f(0.5, 0.5) - middle) <= error_bound(value, region, BETWEEN, nodes).max()
+        weights = cubic((np.arange(8) + 0.5) / 8 + 1)
+        places = (np.arange(8) + 0.5) / 8
+        off = weights @ value[5:9, 5:9] @ weights.T - f(places, places[:, None])
+        squares.append((np.sqrt((off**2).mean()), error_bound(value, region, BETWEEN, nodes).max()))
+    error, bound = np.array(squares).T
+    assert (error <= 2 * bound).all()
+    assert 2 * np.sqrt((error**2).mean()) <= np.sqrt((bound**2).mean()) <= 10 * np.sqrt((error**2).mean())
 
 
 def test_smooth_places_are_not_shaded():

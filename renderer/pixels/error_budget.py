@@ -1,0 +1,54 @@
+"""How much of the squared error an image may have is spent on which squares."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nusselt.renderer.vectors import Bools, Floats
+
+SQUARES = 1024
+"""Squares, of those that err most, that may spend what all may."""
+CAREFUL = 3.0
+"""How much less than differences allow is believed where one point was tried."""
+MOST = 8.0
+"""Of what values may err by in the mean, that one may."""
+
+
+@dataclass
+class Budget:
+    """Of the sum of squared errors.
+
+    Parameters
+    ----------
+    left : float
+    each : float
+        What one square may take: a square of any size costs as much to divide.
+    most : float
+        Error that no value may have.
+    """
+
+    left: float
+    each: float
+    most: float
+
+    @classmethod
+    def of(cls, limit: float, values: int) -> Budget:
+        square = limit**2 * values
+        return cls(square, square / SQUARES, MOST * limit)
+
+    def possible(self, error: Floats, count: Floats | int) -> Bools:
+        """Which errors of ``count`` values each may be accepted."""
+        return np.asarray((error <= self.most) & (error**2 * count <= self.each))
+
+    def takes(self, error: Floats, count: Floats | int) -> Bools:
+        """Which errors of ``count`` values each are accepted; they are spent."""
+        square = error**2 * count
+        order = np.argsort(square, kind="stable")
+        spent = np.cumsum(square[order])
+        good = np.zeros(error.size, dtype=bool)
+        good[order] = (spent <= self.left) & (square[order] <= self.each)
+        good &= error <= self.most
+        self.left -= float(square[good].sum())
+        return good

@@ -1,0 +1,68 @@
+"""Radiance at pixel centres and in pieces of pixels, evaluated where it must be and interpolated where it is smooth.
+
+Centres are taken far apart, then half as far, down to 2. A square of pixels between four of them that shows one region
+throughout, and whose fourth differences are small (see `interpolation`), is filled by cubic interpolation. Of a square
+that an edge or the image's border crosses every region stands for itself: what it shows there, pieces of pixels
+included, is filled from the nearest 4 x 4 nodes of that region, from one side if it must be, once the point where
+that is worst is evaluated and found where it was expected. Any other square is divided.
+
+What is evaluated goes in few large calls: the nodes of a step together with what is tried of the step before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from nusselt.renderer.vectors import Bools, Floats, Ints
+
+from .error_budget import Budget
+from .filling import Evaluate, Filled, Filling, Parts
+from .moments import Pieces
+
+
+def fill_centres(
+    region: Ints, evaluate: Callable[[Ints], Floats], allowed: Callable[[Floats], float]
+) -> tuple[Floats, Floats, Bools]:
+    """Radiance (3, h, w) at all centres whose region is at least 0, a bound (h, w) of its error, and which pixels were
+    interpolated; see `fill`.
+    """
+    nothing = np.zeros(0, dtype=bool)
+    parts = Parts(Pieces.none(), nothing, nothing)
+    found = fill(region, parts, lambda pixel, piece: evaluate(pixel), allowed, np.zeros(region.shape, dtype=bool))
+    return found.value, found.bound, found.bound > 0
+
+
+def fill(region: Ints, parts: Parts, evaluate: Evaluate, allowed: Callable[[Floats], float], alone: Bools) -> Filled:
+    """Radiance at all centres whose region is at least 0, and of all pieces.
+
+    Parameters
+    ----------
+    region : (h, w) int64
+        Below 0 for pixels that are not to be filled.
+    parts : Parts
+    evaluate : callable
+    allowed : callable
+        From the first values (3, n) to the RMS error that interpolated values may have (norm over the channels).
+    alone : (h, w) bool
+        Pixels that others tell nothing of: no square that shows one is filled with its region.
+    """
+    work = Filling(region, parts, evaluate, alone)
+    budget, step = None, work.step
+    while step >= 2:
+        values = work.ask(step)
+        if budget is None:
+            budget = Budget.of(allowed(values), int((~work.known).sum()) + parts.pieces.cell.size)
+        kept = budget.left * (0.5 if step > 2 else 0)
+        budget.left -= kept
+        work.judge_shares(budget)
+        work.fill_squares(step, budget)
+        work.try_shares(step, budget)
+        budget.left += kept
+        step //= 2
+    if budget is not None:
+        work.ask(1)
+        work.judge_shares(budget)
+    work.ask(1)
+    return work.finished()

@@ -1,0 +1,245 @@
+"""The state of filling an image: what is known, what is held back, what is tried."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from nusselt.renderer.vectors import Bools, Floats, Ints
+
+from .error_budget import CAREFUL, Budget
+from .lattice import SHIFTS, WITHIN_NODES, Lattice
+from .moments import Pieces
+from .squares import Groups, Members, Shares, Trials
+
+NODES = 32
+"""Centres at least across the image, at first."""
+TINY = 1e-30
+"""Of a bound that is told from none."""
+
+Evaluate = Callable[[Ints, Ints], Floats]
+"""From numbers of pixels (n,) and of pieces (m,) to radiance (3, n + m)."""
+
+
+@dataclass
+class Filled:
+    """What is known of an image's pixels and pieces.
+
+    Parameters
+    ----------
+    value : (3, h, w) float64
+        Radiance at the centres; NaN where nothing is to be known.
+    bound : (h, w) float32
+        Of its error, where it was interpolated; else 0.
+    piece : (3, n) float64
+        Radiance of the pieces: at their centroids, or their means where interpolated.
+    piece_bound : (n,) float64
+    """
+
+    value: Floats
+    bound: Floats
+    piece: Floats
+    piece_bound: Floats
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Pieces of regions that reflect.
+
+    Parameters
+    ----------
+    pieces : Pieces
+    alone, asked : (n,) bool
+        Those that others tell nothing of; those that are evaluated in any case.
+    """
+
+    pieces: Pieces
+    alone: Bools
+    asked: Bools
+
+
+class Filling:
+    """An image being filled; arrays of pixels are padded to whole squares of the first step.
+
+    ``known`` are pixels that need nothing more, ``held`` those that wait for what is tried; see `fill`.
+    """
+
+    def __init__(self, region: Ints, parts: Parts, evaluate: Evaluate, alone: Bools) -> None:
+        pieces, self.own = parts.pieces, parts.alone
+        self.shape, self.pieces, self.evaluate = region.shape, pieces, evaluate
+        self.step = 2
+        while self.step * 2 * NODES <= min(region.shape):
+            self.step *= 2
+        room = [(0, -size % self.step) for size in region.shape]
+        self.kinds, dense = _dense(region, pieces.region)
+        self.region = np.pad(dense[0], room, constant_values=-1)
+        self.of_piece = dense[1]
+        self.usable = np.where(np.pad(alone, room), -1, self.region) if alone.any() else self.region
+        self.value = np.full((3, *self.region.shape), np.nan)
+        self.known = self.region < 0
+        self.bound = np.zeros(self.region.shape, dtype=np.float32)
+        self.piece = np.full((3, pieces.cell.size), np.nan)
+        self.piece_bound = np.zeros(pieces.cell.size)
+        self.waits = ~parts.asked
+        self.held, self.trials = np.zeros(self.region.shape, dtype=bool), Trials.none()
+        low, high = self.usable, self.region
+        self.extent = {}
+        size = 1
+        while size < self.step:
+            low, high, size = _halved(low, np.minimum), _halved(high, np.maximum), 2 * size
+            self.extent[size] = low, high
+
+    def finished(self) -> Filled:
+        h, w = self.shape
+        return Filled(self.value[:, :h, :w], self.bound[:h, :w], self.piece, self.piece_bound)
+
+    def ask(self, step: int) -> Floats:
+        """Evaluate what is not known of the centres ``step`` apart, and what is to be tried: the latter's radiance.
+
+        With the step 1, all other pieces too.
+        """
+        row, column = np.nonzero(~(self.known | self.held)[::step, ::step])
+        trials, width = self.trials, self.region.shape[1]
+        place = np.append(row * step * width + column * step, trials.row * width + trials.column)
+        piece = trials.piece
+        if step == 1:
+            waits = np.isnan(self.piece[0])
+            waits[trials.shares.piece] = False
+            piece = np.append(piece, np.flatnonzero(waits))
+        r, c = np.divmod(place, width)
+        value = self.evaluate(r * self.shape[1] + c, piece)
+        for out, found in zip(self.value.reshape(3, -1), value, strict=True):
+            out[place] = found[: place.size]
+        self.piece[:, piece] = value[:, place.size :]
+        self.known.reshape(-1)[place] = True
+        return value
+
+    def fill_squares(self, step: int, budget: Budget) -> None:
+        """Interpolate in squares of one region that are smooth enough."""
+        squares = self._squares(step)
+        self._fill_squares(squares.take(np.flatnonzero(budget.takes(squares.rough, step * step))), step)
+
+    def try_shares(self, step: int, budget: Budget) -> None:
+        """What other squares show of one region each and may be smooth enough: one point of it is to be asked next."""
+        shares = self._shares(step, budget)
+        group, i, j = np.nonzero(shares.pixels)
+        row, column = shares.groups.row[group] * step + i, shares.groups.column[group] * step + j
+        self.held.reshape(-1)[row * self.region.shape[1] + column] = True
+        self.trials = Trials.of(shares, self.pieces, step)
+
+    def judge_shares(self, budget: Budget) -> None:
+        """Interpolate in what was tried, if the points asked are where they were expected."""
+        trials, step = self.trials, self.trials.step
+        if trials.group.size == 0:
+            return
+        self.held[...] = False
+        groups = trials.shares.groups
+        value = np.hstack((self.value[:, trials.row, trials.column], self.piece[:, trials.piece]))
+        missed = value - self._lattice(step).at(groups.take(trials.group), trials.x, trials.y)
+        error = groups.rough / CAREFUL
+        error[trials.group] = np.maximum(error[trials.group], np.sqrt((missed**2).sum(axis=0)))
+        good = np.flatnonzero(budget.takes(error, trials.shares.count))
+        self._fill_shares(replace(trials.shares, groups=replace(groups, rough=error)).take(good), step)
+        self.trials = Trials.none()
+
+    def _squares(self, step: int) -> Groups:
+        """Squares that show one region, and have nodes."""
+        low, high = self.extent[step]
+        half = step // 2
+        row, column = np.nonzero((low == high) & (low >= 0) & ~self.known[half::step, half::step])
+        return self._lattice(step).spoken_for(Groups.of(low[row, column], row, column), WITHIN_NODES)
+
+    def _fill_squares(self, squares: Groups, step: int) -> None:
+        rows, width = self.region.shape[0] // step, self.region.shape[1] // step
+        patch = self._lattice(step).patches(squares)
+        for out, values in zip(self.value, patch, strict=True):
+            out.reshape(rows, step, width, step)[squares.row, :, squares.column] = values
+        for flags, new in ((self.known, True), (self.bound, squares.rough[:, None, None] + TINY)):
+            flags.reshape(rows, step, width, step)[squares.row, :, squares.column] = new
+
+    def _shares(self, step: int, budget: Budget) -> Shares:
+        """What other squares show of each region that has nodes."""
+        members = self._members(step)
+        groups = self._lattice(step).spoken_for(members.groups, np.arange(len(SHIFTS)))
+        pixels = self._blocks(self.region, groups, step) == groups.region[:, None, None]
+        pixels &= ~self._blocks(self.known, groups, step)
+        shares = Shares.of(groups, pixels, members, self.pieces.area)
+        return shares.take(np.flatnonzero(budget.possible(groups.rough / CAREFUL, shares.count)))
+
+    def _fill_shares(self, shares: Shares, step: int) -> None:
+        groups = shares.groups
+        patch = self._lattice(step).patches(groups)
+        k, i, j = np.nonzero(shares.pixels)
+        place = (groups.row[k] * step + i) * self.region.shape[1] + groups.column[k] * step + j
+        for out, values in zip(self.value.reshape(3, -1), patch, strict=True):
+            out[place] = values[k, i, j]
+        self.known.reshape(-1)[place] = True
+        self.bound.reshape(-1)[place] = groups.rough[k] + TINY
+        piece, of_piece = shares.piece, shares.of_piece
+        self.piece[:, piece] = self._lattice(step).at_pieces(groups.take(of_piece), self.pieces.take(piece))
+        self.piece_bound[piece] = groups.rough[of_piece] + TINY
+        self.waits[piece] = False
+
+    def _members(self, step: int) -> Members:
+        """What the squares that are not filled show of each region."""
+        low, high = self.extent[step]
+        half = step // 2
+        open_ = (high >= 0) & ((low != high) | ~self.known[half::step, half::step])
+        row, column = np.nonzero(open_)
+        number = np.full(open_.shape, -1)
+        number[row, column] = np.arange(row.size)
+        square, across = divmod(self.pieces.cell, self.shape[1])
+        of_piece = number[square // step, across // step]
+        mine = np.flatnonzero(of_piece >= 0)
+        piece_key = np.full(of_piece.size, -1)
+        piece_key[mine] = of_piece[mine] * self.kinds + self.of_piece[mine]
+        here = Groups.of(number[row, column], row, column)
+        region, known, usable = (self._blocks(v, here, step) for v in (self.region, self.known, self.usable))
+        key = np.arange(row.size)[:, None, None] * self.kinds + region
+        present = np.zeros(row.size * self.kinds, dtype=bool)
+        waiting = np.flatnonzero(self.waits & (of_piece >= 0))
+        present[key[~known]] = True
+        present[piece_key[waiting]] = True
+        present[key[usable != region]] = False
+        present[piece_key[self.own & (of_piece >= 0)]] = False
+        group = np.flatnonzero(present)
+        place = np.full(present.size, -1)
+        place[group] = np.arange(group.size)
+        where, kind = np.divmod(group, self.kinds)
+        of = place[piece_key[waiting]]
+        return Members(Groups.of(kind, row[where], column[where]), waiting[of >= 0], of[of >= 0])
+
+    def _lattice(self, step: int) -> Lattice:
+        """What is known of the centres ``step`` apart, and may speak for others."""
+        known, usable = self.known[::step, ::step], self.usable[::step, ::step]
+        return Lattice(self.value[:, ::step, ::step], np.where(known, usable, -1), step)
+
+    def _blocks(self, array: Any, groups: Groups, step: int) -> Any:
+        """(k, step, step) of an image's squares."""
+        h, w = array.shape
+        return array.reshape(h // step, step, w // step, step)[groups.row, :, groups.column]
+
+
+def _halved(array: Any, take: np.ufunc) -> Any:
+    """Least or largest of each two by two."""
+    rows = take(array[::2], array[1::2])
+    return take(rows[:, ::2], rows[:, 1::2])
+
+
+def _dense(*regions: Ints) -> tuple[int, list[Ints]]:
+    """How many regions there are, and arrays of their numbers in order; -1 stays."""
+    most = max(int(region.max(initial=-1)) for region in regions)
+    if most > sum(region.size for region in regions):
+        kinds = np.unique(np.concatenate([region[region >= 0].ravel() for region in regions]))
+        return kinds.size, [
+            np.where(region < 0, -1, np.searchsorted(kinds, region)).astype(np.int32) for region in regions
+        ]
+    seen = np.zeros(most + 2, dtype=bool)
+    for region in regions:
+        seen[np.maximum(region, -1)] = True
+    seen[-1] = False
+    number = np.where(seen, np.cumsum(seen) - 1, -1).astype(np.int32)
+    return int(seen.sum()), [number[np.maximum(region, -1)] for region in regions]  # the last is -1

@@ -1,0 +1,200 @@
+"""First values of all pixels and pieces, and which of them may have to be refined."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from nusselt.renderer.needs import Needs
+from nusselt.renderer.vectors import Bools, Floats, Ints
+
+from .doubt import doubtful
+from .fill import fill
+from .filling import Parts
+from .first_estimates import Known, first_estimates, means
+from .interpolation import WITHIN, error_bound
+from .moments import Pieces
+from .refine import UNSEEN, Items
+from .regions import Regions
+from .sampled import shares_error
+from .shade import Palette, Shader, surface_of, unshadowed
+from .small_faces import SmallFaces
+from .whole_pixels import EDGE, Shown
+
+SHARE = 0.5
+"""Of the tolerance, that interpolated values may spend."""
+FITTED = 0.25
+"""The same, that values on small faces may be fitted to."""
+SQUARE = 8
+"""Pixels in a side of the squares in which shadows that fit in a pixel are looked for first."""
+AROUND = 1.25
+"""How much larger than a square what stands for it is: it holds all of its pixels' footprints."""
+DEEP = 1 / 64
+"""Of the unshadowed radiance, below which nothing follows from what is around: how much of a light is seen grows with
+the square of the way into the penumbra, or its cube, from nothing."""
+
+
+@dataclass(frozen=True)
+class First:
+    """First values.
+
+    Parameters
+    ----------
+    items : Items
+        What may be refined.
+    image : (3, h, w) float64
+        Sum of what is not: whole pixels, and pieces times their area.
+    square, settled : float
+        Sum of all squared radiance; and of the squared errors allowed to what is not refined.
+    """
+
+    items: Items
+    image: Floats
+    square: float
+    settled: float
+
+
+def first_values(
+    regions: Regions, palette: Palette, shown: Shown, shade: Shader, tolerance: float, needs: Needs
+) -> First:
+    """Values of all pixels and pieces: interpolated where that is within the tolerance, or from one point each.
+
+    Parameters
+    ----------
+    needs : Needs
+        Of the light that can be blocked.
+    """
+    width = shown.region.shape[1]
+    surface = surface_of(np.maximum(shown.region, -1), regions.surfaces)
+    region = np.where((shown.region != EDGE) & palette.reflects[surface], shown.region, EDGE)
+    del surface
+    mine = np.flatnonzero(palette.reflects[surface_of(shown.pieces.region, regions.surfaces)])
+    pieces = shown.pieces.take(mine)
+    alone, own = _doubtful(regions, needs, region, pieces)
+    small = SmallFaces.of(regions, region, pieces, alone, own) if needs.sources else None
+    rough = _junction(shown.pieces, mine, small.label if small else pieces.region)
+    rough |= np.isin(pieces.cell, shown.sampled.pixel)
+    rough |= regions.seen(pieces.x, pieces.y) != pieces.region
+    if small:  # they are not filled from others
+        region.reshape(-1)[small.pixel], alone.reshape(-1)[small.pixel] = EDGE, False
+        pieces, own, rough = pieces.take(small.others), own[small.others], rough[small.others]
+
+    def evaluate(pixel: Ints, piece: Ints) -> Floats:
+        x, y = pixel % width + 0.5, pixel // width + 0.5
+        which = region.ravel()[pixel], pieces.region[piece]
+        return shade(np.append(x, pieces.x[piece]), np.append(y, pieces.y[piece]), np.concatenate(which))
+
+    def allowed(first: Floats) -> float:
+        return SHARE * tolerance * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
+
+    found = fill(region, Parts(pieces, own, own | rough), evaluate, allowed, alone)
+    known = Known.of(found.value.sum(axis=0), region, pieces, found.piece.sum(axis=0))
+    # What others tell nothing of tells nothing of its neighbours.
+    image = means(found.value, np.where(alone, EDGE, region) if alone.any() else region)
+    pixel, part = np.flatnonzero((region != EDGE) & (found.bound == 0)), np.flatnonzero(found.piece_bound == 0)
+    whole = np.arange(pixel.size + part.size) < pixel.size
+    rest = pieces.take(part)
+    items = Items(
+        pixel=np.concatenate((pixel, rest.cell)),
+        region=np.concatenate((region.ravel()[pixel], rest.region)),
+        area=np.concatenate((np.ones(pixel.size), rest.area)),
+        x=np.concatenate((pixel % width + 0.5, rest.x)),
+        y=np.concatenate((pixel // width + 0.5, rest.y)),
+        covariance=np.hstack((np.zeros((3, pixel.size)), rest.covariance)),
+        value=np.hstack((image.reshape(3, -1)[:, pixel], found.piece[:, part])),
+        estimate=np.zeros(whole.size),
+        level=np.zeros(whole.size, dtype=np.int64),
+        whole=whole,
+        dark=np.zeros(whole.size, dtype=bool),
+        lost=np.zeros(whole.size),
+    )
+    unsure = np.concatenate((alone.ravel()[pixel], own[part]))
+    _estimate(items, regions, needs, known, unsure, np.concatenate((np.zeros(pixel.size, dtype=bool), rough[part])))
+    image[:, region == EDGE] = 0
+    lit = found.piece * pieces.area
+    square = float(np.einsum("chw,chw->", image, image)) + float(np.einsum("ck,ck->", lit, lit))
+    settled = float(np.einsum("hw,hw->", found.bound, found.bound, dtype=np.float64))
+    settled += float(((found.piece_bound * pieces.area) ** 2).sum()) + shares_error(
+        pieces.cell, found.piece, shown.sampled
+    )
+    if small:
+        fitted = small.items(regions, needs, shade, (FITTED * tolerance, square))
+        of_pieces = np.flatnonzero(~fitted.whole)
+        settled += shares_error(fitted.pixel[of_pieces], fitted.value[:, of_pieces], shown.sampled)
+        square += float(((fitted.value * fitted.area) ** 2).sum())
+        items = Items.joined(items, fitted)
+    image.reshape(3, -1)[:, pixel] = 0
+    done = np.flatnonzero(found.piece_bound > 0)
+    for out, light in zip(image.reshape(3, -1), lit, strict=True):
+        out += np.bincount(pieces.cell[done], light[done], out.size)
+    return First(items, image, square, settled)
+
+
+def _doubtful(regions: Regions, needs: Needs, region: Ints, pieces: Pieces) -> tuple[Bools, Bools]:
+    """In which pixels (h, w) and pieces (n,) a shadow may fit."""
+    alone, width = np.zeros(region.shape, dtype=bool), region.shape[1]
+    if not _may_end(needs):
+        return alone, np.zeros(pieces.cell.size, dtype=bool)
+    every = _near_doubt(regions, needs, region)
+    x, y = np.append(every % width + 0.5, pieces.x), np.append(every // width + 0.5, pieces.y)
+    doubt = doubtful(regions, needs.sources, x, y, np.append(region.ravel()[every], pieces.region))
+    alone.reshape(-1)[every] = doubt[: every.size]
+    return alone, doubt[every.size :]
+
+
+def _may_end(needs: Needs) -> bool:
+    """Whether some light is blocked somewhere, or ends by itself."""
+    return any(not source.blockers.none or source.light.without_rim() != source.light for source in needs.sources)
+
+
+def _near_doubt(regions: Regions, needs: Needs, region: Ints) -> Ints:
+    """Pixels (k,) that are to be filled, but for those of squares of one region in no part of which a shadow may fit.
+
+    What fits in a pixel's cone fits in that of a square around it.
+    """
+    h, w = (size // SQUARE * SQUARE for size in region.shape)
+    blocks = region[:h, :w].reshape(h // SQUARE, SQUARE, w // SQUARE, SQUARE)
+    own = blocks[:, 0, :, 0]
+    row, column = np.nonzero((own != EDGE) & (blocks == own[:, None, :, None]).all(axis=(1, 3)))
+    x, y = ((number + 0.5) * SQUARE for number in (column, row))
+    doubt = doubtful(regions, needs.sources, x, y, own[row, column], AROUND * SQUARE)
+    some = region != EDGE
+    certain = np.zeros(own.shape, dtype=bool)
+    certain[row[~doubt], column[~doubt]] = True
+    some[:h, :w] &= ~certain.repeat(SQUARE, axis=0).repeat(SQUARE, axis=1)
+    return np.flatnonzero(some)
+
+
+def _estimate(items: Items, regions: Regions, needs: Needs, known: Known, unsure: Bools, rough: Bools) -> None:
+    """Estimates of the items' errors; see `refine` for the rules."""
+    estimate = np.full(items.pixel.size, np.inf)
+    pixel = items.pixel[items.whole]
+    estimate[: pixel.size] = error_bound(known.centre, known.region, WITHIN, pixel)
+    lone = np.flatnonzero(~np.isfinite(estimate))
+    size, brightest = np.sqrt((items.value**2).sum(axis=0)), np.zeros(items.pixel.size)
+    estimate[lone], brightest[lone] = first_estimates(
+        known, items.pixel[lone], items.region[lone], items.x[lone], items.y[lone], items.value.sum(axis=0)[lone]
+    )
+    # A dark value proves nothing where it is doubtful: what is beside it may be the truth of half the piece.
+    estimate = np.where(rough, np.maximum(size, brightest / math.sqrt(3)), estimate)
+    most, some = np.zeros(items.pixel.size), np.union1d(np.flatnonzero(unsure), lone if _may_end(needs) else lone[:0])
+    free = unshadowed(regions, needs, items.x[some], items.y[some], items.region[some])
+    most[some] = np.sqrt((free**2).sum(axis=0))
+    items.estimate[:] = np.where(unsure, np.maximum(estimate, UNSEEN * most), estimate) * items.area
+    items.dark[:] = (size < DEEP * most) & (items.estimate < UNSEEN * most)
+    items.lost[:] = np.where(unsure, UNSEEN * most, 0.0) * items.area
+
+
+def _junction(every: Pieces, mine: Ints, label: Ints) -> Bools:
+    """Pieces ``mine`` of pixels that show three regions or more: where a solid's corner stands, its shadow starts.
+
+    Those labelled alike are one.
+    """
+    region = every.region.copy()
+    region[mine] = label
+    least = int(region.min(initial=0))
+    base = int(region.max(initial=0)) - least + 1
+    cells, count = np.unique(np.unique(every.cell * base + (region - least)) // base, return_counts=True)
+    return np.asarray(count[np.searchsorted(cells, every.cell[mine])] > 2)
