@@ -1,7 +1,8 @@
 """The image whose pixels are averages over their areas, from an estimator without noise, to a tolerance.
 
 Where the edges run is one question, how bright it is between them another. The first is answered exactly (see
-`edge_fragments`, `moments`), the second by as few evaluations as the tolerance allows (see `interpolation`, `shadow_fits`, `refine`).
+`edge_fragments`, `moments`), the second by as few evaluations as the tolerance allows (see `fill`, `shadow_fits`,
+`refine`).
 Where pixels show many faces each, both are sampled (see `supersampling`).
 """
 
