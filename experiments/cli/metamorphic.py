@@ -5,16 +5,13 @@ from __future__ import annotations
 import dataclasses
 import shlex
 import sys
-from dataclasses import dataclass
 
 import click
 
 from nusselt.experiments.check.request import Reading
 from nusselt.experiments.external.program import ProgramFailed
-from nusselt.experiments.images.read import READERS
 from nusselt.experiments.metamorphic.ask import Asking, ask
 from nusselt.experiments.metamorphic.relation import Relation
-from nusselt.experiments.metamorphic.sources import EstimatorSource, Source, renderer_source
 from nusselt.experiments.metamorphic.table import relation_table, sentences
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
@@ -27,57 +24,13 @@ from nusselt.experiments.terminal.options import (
     exports_options,
     output_options,
     reading_options,
-    said_in,
     seed_option,
-    together,
 )
 from nusselt.experiments.terminal.progress import progress_bar
-from nusselt.renderer.errors import InputError
+from nusselt.mitsuba_bridge.process import ReferenceUnavailable
 from nusselt.renderer.scene import Scene
 
-
-@dataclass(frozen=True)
-class Made:
-    """Who makes the images, and of what size."""
-
-    renderer: str | None
-    estimator: str | None
-    image_type: str
-    run_timeout: float
-    new_kinds: bool
-    exact: bool
-    width: int | None
-    samples: int | None
-
-    @property
-    def source(self) -> Source:
-        if self.renderer is None:
-            return EstimatorSource(self.estimator)
-        if self.estimator is not None:
-            raise InputError("estimator", self.estimator, "an estimator of ours or a renderer, not both")
-        return renderer_source(self.renderer, self.image_type, self.run_timeout, self.new_kinds, self.exact)
-
-    def scene(self, scene: Scene) -> Scene:
-        """With this width and these samples."""
-        count = self.samples or scene.light_samples
-        if self.width is None:
-            return scene.with_(light_samples=count)
-        height = max(1, round(scene.height * self.width / scene.width))
-        return scene.with_(light_samples=count, width=self.width, height=height)
-
-
-made_options = together(
-    Made,
-    "made",
-    click.option("--renderer", metavar="COMMAND", help="A program with {scene} or {xml}, {output} …; or: mitsuba."),
-    click.option("--estimator", metavar="NAME", help="Instead of the scene's. See: list."),
-    click.option("--image-type", type=click.Choice(list(READERS)), default=".exr", show_default=True),
-    click.option("--run-timeout", type=click.FloatRange(0, min_open=True), default=600.0, show_default=True),
-    click.option("--new-kinds", is_flag=True, help="The renderer knows quad and triangle lights."),
-    click.option("--exact", is_flag=True, help="The renderer claims images without noise."),
-    click.option("--width", type=click.IntRange(1, 65_536), help="Pixels across, instead of the scene's."),
-    click.option("--samples", type=click.IntRange(1, 1 << 24), help="Per light, instead of the scene's."),
-)
+from .made import Made, made_options, said_words
 
 
 @click.command(name="metamorphic")
@@ -111,7 +64,7 @@ def command(
     asking = Asking(**asked)  # type: ignore[arg-type]
     source = made.source
     read = {name: made.scene(reading.scene(name)) for name in scenes}
-    words = _words(context)
+    words = said_words(context)
 
     def again(scene: Scene, relation: Relation) -> str:
         name = next(name for name, one in read.items() if one is scene)
@@ -122,6 +75,8 @@ def command(
             rows = ask(list(read.values()), source, asking, again, report)
         except ProgramFailed as problem:
             stop(str(problem), EXIT["not as claimed"])
+        except ReferenceUnavailable as problem:
+            stop(str(problem), EXIT["no reference"])
     if made.renderer:
         rows = [row | {"renderer_command": made.renderer} for row in rows]
     results = document(rows, alpha=asking.alpha, seed=asking.seed)
@@ -133,16 +88,3 @@ def command(
     for line in sentences(rows):
         told.print(line, markup=False, soft_wrap=True)
     sys.exit(exit_code([row for row in rows if "as_claimed" in row]))
-
-
-ELSEWHERE = ("scenes", "only", "out", "target", "csv", "junit", "summary")
-
-
-def _words(context: click.Context) -> list[str]:
-    """The options that were said, but for where results go."""
-    words: list[str] = []
-    named = {param.name: param.opts[0] for param in context.command.params}
-    for name, value in said_in(context).items():
-        if name not in ELSEWHERE:
-            words += [named[name]] if value is True else [named[name], str(value)]
-    return words

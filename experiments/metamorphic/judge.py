@@ -16,6 +16,7 @@ from nusselt.experiments.external.sides import PART
 from nusselt.experiments.verdict.alike import Alike
 from nusselt.experiments.verdict.decision import Word, decide
 from nusselt.experiments.verdict.evidence import CHANCE, Evidence
+from nusselt.experiments.verdict.intervals import average
 from nusselt.experiments.verdict.level import Level, findings
 from nusselt.experiments.verdict.rules.normality import is_doubtful
 from nusselt.experiments.verdict.rules.pass_spread import PassSpread
@@ -24,7 +25,7 @@ from nusselt.mitsuba_bridge.tolerance import ray_tolerance
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import Image, render
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 from .relation import Images, Related
 
@@ -125,25 +126,16 @@ def evidence_of(related: Related, expected: Floats, difference: Floats, margin: 
     passes = expected + difference
     finite = np.isfinite(passes).all(axis=(0, 1))
     judged = (emitter == 0) & (background == 0) & ~unjudged & finite
-    shape = judged.shape
-    random = related.soft and len(passes) > 1
-    ours = Side.of_passes("the scene", passes[None, ..., judged], by_passes=False) if random else None
-    noise = np.where(judged, (passes[0] - passes.mean(axis=0)).mean(axis=0), 0.0) if random else None
-    clumping = Alike.of(noise, CHANCE).clumping if noise is not None and noise.any() else 1.0
-    theirs = _noiseless("what is expected", expected[:, judged])
-    ours = (
-        replace(ours, freedom=len(passes) - 1.0, clumping=clumping)
-        if ours
-        else _noiseless("the scene", passes.mean(axis=0)[:, judged])
-    )
+    random = related.soft and len(passes) > 1 and bool(judged.any())
+    ours = _noisy(passes, judged) if random else _noiseless("the scene", passes.mean(axis=0)[:, judged])
 
     def everywhere(values: Floats) -> Seen:
         return Seen(values.reshape(1, 3, -1), emitter.reshape(1, -1), background.reshape(1, -1))
 
     return Evidence(
         ours,
-        theirs,
-        shape=(shape[0], shape[1]),
+        _noiseless("what is expected", expected[:, judged]),
+        shape=(judged.shape[0], judged.shape[1]),
         place=np.flatnonzero(judged),
         everywhere=(everywhere(passes.mean(axis=0)), everywhere(expected)),
         unjudged=unjudged.ravel(),
@@ -153,8 +145,16 @@ def evidence_of(related: Related, expected: Floats, difference: Floats, margin: 
     )
 
 
+def _noisy(passes: Floats, judged: Bools) -> Side:
+    """A side of passes (r, 3, h, w) whose pixels may have some noise in common."""
+    side = Side.of_passes("the scene", passes[None, ..., judged], by_passes=False)
+    noise = np.where(judged, (passes[0] - passes.mean(axis=0)).mean(axis=0), 0.0)
+    clumping = Alike.of(noise, CHANCE).clumping if noise.any() else 1.0
+    return replace(side, freedom=len(passes) - 1.0, clumping=clumping)
+
+
 def _noiseless(name: str, mean: Floats) -> Side:
     """A side of values (3, n) in which nothing is random."""
     values = mean[None]
     zeros = np.zeros_like(values)
-    return Side(name, values, zeros, zeros[:, 0], values.mean(axis=(1, 2))[:, None], by_passes=False, sampled=False)
+    return Side(name, values, zeros, zeros[:, 0], average(values.mean(axis=1))[:, None], by_passes=False, sampled=False)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy import ndimage
 
 from nusselt.experiments.search.judge import seen
 from nusselt.renderer.scene import Scene
@@ -109,6 +110,15 @@ class Relation:
 def same(scene: Scene, other: Scene, **more: Any) -> Related:
     """Another scene that looks the same."""
     return Related(scene, (Shot(other),), lambda images: (images[1], images[0]), **more)
+
+
+def seen_within(scene: Scene, within: Callable[[Floats], Bools]) -> Bools:
+    """Pixels (h, w) whose centre shows a point, of (3, n), within something; around them too where they are areas."""
+    one = seen(scene)
+    with np.errstate(invalid="ignore"):  # of rays that meet nothing
+        inside = within(one.view.hits.position + one.anchor[:, None]) & (one.view.hits.surface >= 0)
+    found = inside.reshape(scene.height, scene.width)
+    return np.asarray(ndimage.binary_dilation(found, np.ones((3, 3))) if scene.spp > 1 else found)
 
 
 def changed_view(scene: Scene, other: Scene) -> Bools:

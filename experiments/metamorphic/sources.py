@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from dataclasses import dataclass
 from typing import Protocol
+
+import numpy as np
 
 from nusselt.experiments.check.question import chosen_estimator
 from nusselt.experiments.external.function import FunctionRenderer, RenderFunction
 from nusselt.experiments.external.program import Program, ProgramRenderer, Renderer
 from nusselt.experiments.images.formats.raw import FLOAT, HALF, Raw
 from nusselt.experiments.images.read import quantiser_of
+from nusselt.mitsuba_bridge.images import mitsuba_images
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.image import render
 from nusselt.renderer.prepared import prepare
@@ -21,10 +22,7 @@ from nusselt.renderer.vectors import Floats
 from .relation import Shot
 
 MITSUBA = "mitsuba"
-MITSUBA_COMMAND = (
-    f"{shlex.quote(sys.executable)} -m nusselt.mitsuba_bridge render {{xml}} --centres --samples {{samples}}"
-    " --seed {seed} -o {output}"
-)
+TIMEOUT = 600.0
 
 
 class Source(Protocol):
@@ -131,7 +129,25 @@ class RendererSource:
             return _radiance(ready.run(samples, seed).raw)
 
 
-def renderer_source(command: str, image_type: str, timeout: float, new_kinds: bool, exact: bool) -> RendererSource:
+@dataclass(frozen=True)
+class MitsubaSource:
+    """Mitsuba's `direct`, which picks one light for each sample."""
+
+    name: str = MITSUBA
+    rounding: float = FLOAT.relative
+    knows: tuple[str, ...] = ("triangle", "quad")
+
+    def claim(self, scene: Scene) -> str:
+        return "unbiased"
+
+    def image(self, shot: Shot, seed: int) -> Floats:
+        scene = _sampled(shot)
+        sampler = "stratified" if scene.stratify else "independent"
+        seeds = [seed + shot.step]
+        return np.asarray(mitsuba_images(scene, scene.light_samples, seeds, sampler=sampler, timeout=TIMEOUT)[0])
+
+
+def renderer_source(command: str, image_type: str, timeout: float, new_kinds: bool, exact: bool) -> Source:
     """A program by its command, or Mitsuba by its name.
 
     Raises
@@ -139,5 +155,5 @@ def renderer_source(command: str, image_type: str, timeout: float, new_kinds: bo
     InputError
     """
     if command == MITSUBA:
-        return RendererSource(Program(MITSUBA_COMMAND, ".exr", timeout), True, exact, MITSUBA)
+        return MitsubaSource()
     return RendererSource(Program(command, image_type, timeout), new_kinds, exact)

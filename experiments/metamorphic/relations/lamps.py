@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
-from nusselt.experiments.metamorphic.relation import Images, Related, Relation, Shot, changed_view, same
+from nusselt.experiments.metamorphic.relation import Images, Related, Relation, Shot, changed_view, same, seen_within
 from nusselt.experiments.scenes.shapes import box, sheet
 from nusselt.experiments.search.colours import recoloured
 from nusselt.experiments.search.twins import extent
 from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight, SunLight, TriangleLight
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 from .things import twin
 
@@ -89,8 +89,15 @@ def _added_to_first(images: Images) -> tuple[Floats, Floats]:
 def _shut_in(inwards: bool, scene: Scene, rng: np.random.Generator) -> Related | str:
     if not scene.lights:
         return "no light"
-    shut = scene.with_(meshes=(*scene.meshes, *_around(scene, inwards)))
-    return _dark_but_seen(shut)
+    boxes = list(_around(scene, inwards))
+    local = [mesh for mesh, light in zip(boxes, scene.lights, strict=True) if not light.at_infinity]
+
+    def within(p: Floats) -> Bools:
+        return _any(
+            (p >= mesh.vertices.min(axis=1)[:, None]) & (p <= mesh.vertices.max(axis=1)[:, None]) for mesh in local
+        )
+
+    return _dark_but_seen(scene.with_(meshes=(*scene.meshes, *boxes)), within)
 
 
 def _shut_in_balls(scene: Scene, rng: np.random.Generator) -> Related | str:
@@ -104,13 +111,25 @@ def _shut_in_balls(scene: Scene, rng: np.random.Generator) -> Related | str:
         reach = np.sqrt(((hull - middle[:, None]) ** 2).sum(axis=0)).max()
         radius = float(reach + TIGHT * max(reach, TIGHT * (high - low).max()))
         balls.append(Ellipsoid.sphere(tuple(middle.tolist()), radius, BLACK))
-    return _dark_but_seen(scene.with_(ellipsoids=(*scene.ellipsoids, *balls)))
+
+    def within(p: Floats) -> Bools:
+        return _any(
+            ((p - np.array(ball.center)[:, None]) ** 2).sum(axis=0, keepdims=True) <= (ball.radius or 0.0) ** 2
+            for ball in balls
+        )
+
+    return _dark_but_seen(scene.with_(ellipsoids=(*scene.ellipsoids, *balls)), within)
 
 
-def _dark_but_seen(shut: Scene) -> Related:
-    """A scene with its lights, beside the same without."""
+def _any(tests: Iterable[Bools]) -> Bools:
+    """Points that pass one of several tests in all of their rows, (n,)."""
+    return np.asarray(np.any([test.all(axis=0) for test in tests], axis=0))
+
+
+def _dark_but_seen(shut: Scene, within: Callable[[Floats], Bools]) -> Related:
+    """A scene with its lights, beside the same without; what is shut in with a light may be lit."""
     shots = Shot(shut), Shot(_off(shut, range(len(shut.lights))))
-    return Related(shut, shots, _added_to_first)
+    return Related(shut, shots, _added_to_first, hidden=seen_within(shut, within))
 
 
 def _sheet(light: QuadLight, start: float, end: float) -> Mesh:
