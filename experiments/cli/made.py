@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import click
 
 from nusselt.experiments.images.read import READERS
-from nusselt.experiments.metamorphic.sources import EstimatorSource, Source, renderer_source
+from nusselt.experiments.metamorphic.sources import EstimatorSource, Source, renderer_source, sized
 from nusselt.experiments.terminal.options import said_in, together
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
@@ -35,12 +35,7 @@ class Made:
         return renderer_source(self.renderer, self.image_type, self.run_timeout, self.new_kinds, self.exact)
 
     def scene(self, scene: Scene) -> Scene:
-        """With this width and these samples."""
-        count = self.samples or scene.light_samples
-        if self.width is None:
-            return scene.with_(light_samples=count)
-        height = max(1, round(scene.height * self.width / scene.width))
-        return scene.with_(light_samples=count, width=self.width, height=height)
+        return sized(scene, self.width, self.samples)
 
 
 made_options = together(

@@ -22,7 +22,7 @@ from nusselt.renderer.vectors import Floats
 from .judge import Judged, judge_relation
 from .relation import Images, Related, Relation, Shot
 from .relations import RELATIONS
-from .sources import Source
+from .sources import IN_COMMAND, Source
 
 EXPERIMENT = "metamorphic"
 CLAIMED = {"agrees": True, "differs": False, "undecided": None}
@@ -73,8 +73,10 @@ def relations_of(scene: Scene, source: Source, asking: Asking) -> list[tuple[Rel
         if asking.only and relation.name not in asking.only:
             continue
         if missing := [kind for kind in relation.kinds if kind not in source.knows]:
-            told = "{threads} is not in the command" if missing == ["threads"] else "--new-kinds was not said"
-            made.append((relation, told))
+            words = (
+                f"{{{missing[0]}}} is not in the command" if missing[0] in IN_COMMAND else "--new-kinds was not said"
+            )
+            made.append((relation, words))
             continue
         try:
             made.append((relation, relation.make(scene, stream(asking.seed, relation.name))))

@@ -97,7 +97,7 @@ class Relation:
     make : callable
         Scene and chance to `Related`, or to the reason why the scene has no such relation.
     kinds : tuple of str
-        Kinds of light that it brings in, which a renderer may not know.
+        What it asks for that a renderer may not know: kinds of light, seeds, threads.
     """
 
     name: str

@@ -23,6 +23,8 @@ from .relation import Shot
 
 MITSUBA = "mitsuba"
 TIMEOUT = 600.0
+IN_COMMAND = ("seed", "threads")
+"""What relations need of a command."""
 
 
 class Source(Protocol):
@@ -40,7 +42,7 @@ class Source(Protocol):
 
     @property
     def knows(self) -> tuple[str, ...]:
-        """What a relation may bring in: kinds of light, "threads"."""
+        """What a relation may ask for: kinds of light, what is `IN_COMMAND`."""
         ...
 
     def claim(self, scene: Scene) -> str:
@@ -50,6 +52,14 @@ class Source(Protocol):
     def image(self, shot: Shot, seed: int) -> Floats:
         """Radiance (3, h, w)."""
         ...
+
+
+def sized(scene: Scene, width: int | None, samples: int | None) -> Scene:
+    """With other pixels across, of the same shape, and other samples; None: its own."""
+    scene = scene.with_(light_samples=samples or scene.light_samples)
+    if width is None:
+        return scene
+    return scene.with_(width=width, height=max(1, round(scene.height * width / scene.width)))
 
 
 def _sampled(shot: Shot) -> Scene:
@@ -73,7 +83,7 @@ class EstimatorSource:
     """One of our estimators, or a user's; ``asked`` as in `Question`."""
 
     asked: str | None = None
-    knows: tuple[str, ...] = ("triangle", "quad")
+    knows: tuple[str, ...] = ("triangle", "quad", "seed")
     rounding: float = FLOAT.relative
 
     @property
@@ -113,8 +123,9 @@ class RendererSource:
 
     @property
     def knows(self) -> tuple[str, ...]:
-        threads = isinstance(self.program, Program) and "{threads}" in self.program.command
-        return (*(("triangle", "quad") if self.new_kinds else ()), *(("threads",) if threads else ()))
+        words = self.program.command if isinstance(self.program, Program) else "{seed}"
+        said = tuple(name for name in IN_COMMAND if f"{{{name}}}" in words)
+        return *(("triangle", "quad") if self.new_kinds else ()), *said
 
     def claim(self, scene: Scene) -> str:
         return "exact" if self.exact else "unbiased"
@@ -135,7 +146,7 @@ class MitsubaSource:
 
     name: str = MITSUBA
     rounding: float = FLOAT.relative
-    knows: tuple[str, ...] = ("triangle", "quad")
+    knows: tuple[str, ...] = ("triangle", "quad", "seed")
 
     def claim(self, scene: Scene) -> str:
         return "unbiased"

@@ -43,7 +43,7 @@ class IndependentSource:
     steps: Steps = RIGHT
     name: str = "independent"
     rounding: float = 2e-6
-    knows: tuple[str, ...] = ("quad",)
+    knows: tuple[str, ...] = ("quad", "seed")
 
     def claim(self, scene: Scene) -> str:
         return "unbiased"

@@ -43,7 +43,7 @@ def _threads(scene: Scene, rng: np.random.Generator) -> Related | str:
 
 
 CHANCE = (
-    Relation("other seeds", "other noise", "the seed is ignored", _seeds),
+    Relation("other seeds", "other noise", "the seed is ignored", _seeds, ("seed",)),
     Relation("4 times the samples", "the same image", "divisors, samples lost or clamped, a biased mean", _samples),
     Relation("strata or none", "the same image", "strata left out, shifted or used twice", _strata),
     Relation("one thread", "the same image", "threads that share state", _threads, ("threads",)),
