@@ -48,6 +48,7 @@ from .made import Made, made_options, said_words
 @click.pass_context
 def command(
     context: click.Context,
+    /,
     *,
     scenes: tuple[str, ...],
     made: Made,

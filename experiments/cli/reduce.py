@@ -40,6 +40,7 @@ from .made import Made, made_options, said_words
 @click.pass_context
 def command(
     context: click.Context,
+    /,
     *,
     scene: str,
     made: Made,

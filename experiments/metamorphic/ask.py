@@ -63,7 +63,7 @@ class Asking:
         number_within("alpha", self.alpha, 0, 0.5)
         whole_within("runs", self.runs, 2, 256)
         for name in self.only:
-            one_of("relation", name, [relation.name for relation in RELATIONS])
+            one_of("relation", name, tuple(relation.name for relation in RELATIONS))
 
 
 def relations_of(scene: Scene, source: Source, asking: Asking) -> list[tuple[Relation, Related | str]]:

@@ -10,7 +10,7 @@ import numpy as np
 from nusselt.experiments.metamorphic.relation import Images, Related, Relation, Shot
 from nusselt.experiments.scenes.shapes import box, sheet
 from nusselt.experiments.search.colours import recoloured
-from nusselt.experiments.search.motions import turn
+from nusselt.experiments.search.motions import rows, turn
 from nusselt.experiments.search.twins import TWINS
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.scene import Camera, Scene
@@ -92,7 +92,7 @@ def _lit_all_around(middle: Floats, half: float) -> tuple[QuadLight, ...]:
             # -(ab x ac) is the side that shines.
             ab, ac = (one, two) if np.dot(np.cross(one, two), inwards) < 0 else (two, one)
             corner = middle - half * inwards - (ab + ac) / 2
-            lights.append(QuadLight(*(tuple(v.tolist()) for v in (corner, ab, ac)), WHITE))
+            lights.append(QuadLight(tuple(corner.tolist()), tuple(ab.tolist()), tuple(ac.tolist()), WHITE))
     return tuple(lights)
 
 
@@ -130,10 +130,8 @@ def _white_ball(scene: Scene, rng: np.random.Generator) -> Related | str:
     if not scene.ellipsoids:
         return "no ball or ellipsoid"
     middle, size = _size(scene)
-    axes = np.diag(rng.uniform(0.6, 1.6, 3)) * BODY * size
-    ellipsoid = Ellipsoid(
-        tuple(middle.tolist()), tuple(map(tuple, (turn(rng).matrix @ axes).tolist())), Material(WHITE)
-    )
+    axes = turn(rng).matrix @ np.diag(rng.uniform(0.6, 1.6, 3)) * BODY * size
+    ellipsoid = Ellipsoid(tuple(middle.tolist()), rows(axes), Material(WHITE))
     return _vanishing(scene, scene.camera, ellipsoid)
 
 
