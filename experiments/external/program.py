@@ -27,7 +27,7 @@ from nusselt.renderer.scene_text import write_scene
 from nusselt.renderer.words import count
 
 NEEDED = {"output"}
-KNOWN = {"scene", "xml", "samples", "seed", "output"}
+KNOWN = {"scene", "xml", "samples", "seed", "output", "threads"}
 LAST = 4096
 """Bytes of a program's last words that are read."""
 
@@ -43,7 +43,7 @@ class Program:
     Parameters
     ----------
     command : str
-        With {output} and, as it needs them, {scene}, {xml} (the exported Mitsuba scene), {samples}, {seed}.
+        With {output} and, as it needs them, {scene}, {xml} (the exported Mitsuba scene), {samples}, {seed}, {threads}.
     kind : str
         Ending of the image it writes, such as ``.exr``.
     timeout : float
@@ -98,10 +98,12 @@ class ProgramRenderer:
     scene : Scene
     name : str, optional
         The scene's file, or its name if it is a classic one; else the program is given a file of ours.
+    threads : int, optional
+        As many as there are processors, unless it says otherwise.
     """
 
-    def __init__(self, program: Program, scene: Scene, name: str | None = None) -> None:
-        self.program, self.scene, self.name = program, scene, name
+    def __init__(self, program: Program, scene: Scene, name: str | None = None, threads: int | None = None) -> None:
+        self.program, self.scene, self.name, self.threads = program, scene, name, threads or os.cpu_count() or 1
 
     def __enter__(self) -> ProgramRenderer:
         self._folder = tempfile.TemporaryDirectory(prefix="nusselt-")
@@ -132,7 +134,12 @@ class ProgramRenderer:
         """
         output = Path(self._folder.name) / f"image-{samples}-{seed}{self.program.kind}"
         words = self.program.words(
-            scene=self._scene.resolve(), xml=self._xml, samples=samples, seed=seed, output=output
+            scene=self._scene.resolve(),
+            xml=self._xml,
+            samples=samples,
+            seed=seed,
+            threads=self.threads,
+            output=output,
         )
         started = time.perf_counter()
         try:

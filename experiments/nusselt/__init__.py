@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from nusselt.experiments.front.answers import Results
     from nusselt.experiments.front.check import check
+    from nusselt.experiments.front.metamorphic import metamorphic
     from nusselt.experiments.front.render import Picture, read_scene, render
     from nusselt.experiments.results.compare import compare
     from nusselt.experiments.results.report import write_report
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "check": "experiments.front.check",
+    "metamorphic": "experiments.front.metamorphic",
     "render": "experiments.front.render",
     "read_scene": "experiments.front.render",
     "compare": "experiments.results.compare",
@@ -29,7 +31,17 @@ _HOMES = {
 }
 """Where each name lives, below this package."""
 
-__all__ = ["InputError", "Picture", "Results", "check", "compare", "read_scene", "render", "write_report"]
+__all__ = [
+    "InputError",
+    "Picture",
+    "Results",
+    "check",
+    "compare",
+    "metamorphic",
+    "read_scene",
+    "render",
+    "write_report",
+]
 
 
 def __getattr__(name: str) -> Any:

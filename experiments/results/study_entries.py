@@ -148,4 +148,6 @@ OF_EXPERIMENTS = (
     Entry("expected_percent", NUMBER, "sensors: how well that is known", "%"),
     Entry("expected_interval", INTERVAL, "sensors: ours less what is expected lies in it", "relative"),
     Entry("noise", NUMBER, "planted-mistakes: what noise alone brings", "levels squared"),
+    Entry("expects", TEXT, "metamorphic: what the relation does to a right image"),
+    Entry("likely", TEXT, "metamorphic: what is likely wrong where it is broken"),
 )

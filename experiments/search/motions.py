@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
-from nusselt.renderer.lights import DirectionalLight, Light, PointLight, QuadLight
+from nusselt.renderer.lights import Light, QuadLight
 from nusselt.renderer.scene import Camera, Scene
 from nusselt.renderer.surfaces import Ellipsoid, Mesh
 from nusselt.renderer.validation import Vec3
 from nusselt.renderer.vectors import Floats, transform
+
+PLACES = ("corner", "position", "center", "a", "b", "c")
+STEPS = ("ab", "ac", "direction", "normal")
+TURNS = (("ab", "ac"), ("b", "c"))
+"""Numbers of lights that are points; that are differences; that a mirror exchanges, to keep the bright side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,15 +102,19 @@ def carried(scene: Scene, motion: Motion) -> Scene:
         return tuple(motion.steps(np.array(v, dtype=float)[:, None])[:, 0].tolist())
 
     def lit(light: Light) -> Light:
-        if isinstance(light, QuadLight):
-            ab, ac = along(light.ab), along(light.ac)
-            return QuadLight(at(light.corner), *((ac, ab) if motion.mirrors else (ab, ac)), light.radiance)
-        if isinstance(light, PointLight):
-            r, g, b = (channel * motion.scale**2 for channel in light.intensity)
-            return PointLight(at(light.position), (r, g, b))
-        if isinstance(light, DirectionalLight):
-            return DirectionalLight(along(light.direction), light.irradiance)
-        raise TypeError(f"no random scene has a {type(light).__name__}")
+        """By the names of its numbers: they mean the same in every kind."""
+        ways: dict[str, Any] = {
+            **dict.fromkeys(PLACES, at),
+            **dict.fromkeys(STEPS, along),
+            "radius": lambda radius: radius * motion.scale,
+            "intensity": lambda rgb: tuple(channel * motion.scale**2 for channel in rgb),
+        }
+        held = {entry.name: getattr(light, entry.name) for entry in fields(light)}  # type: ignore[arg-type]
+        moved = {name: ways[name](value) if name in ways else value for name, value in held.items()}
+        for one, other in TURNS if motion.mirrors else ():
+            if one in moved and other in moved:
+                moved[one], moved[other] = moved[other], moved[one]
+        return type(light)(**moved)
 
     def surface(mesh: Mesh) -> Mesh:
         triangles = mesh.triangles[::-1] if motion.mirrors else mesh.triangles

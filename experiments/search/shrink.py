@@ -54,7 +54,7 @@ def shrunk(
 ) -> tuple[Scene, Fault]:
     """A smaller scene with the same fault, and the fault as it is there; as they are if it is not found again."""
     fails, until = failing(fault, seed, estimator), time.process_time() + seconds
-    for changes in (_nearer, _fewer, _simpler, _fewer_triangles, _rounder):
+    for changes in (_nearer, _fewer, simpler, _fewer_triangles, _rounder):
         done = False
         while not done:
             done = True
@@ -103,7 +103,7 @@ def _fewer_triangles(scene: Scene, fault: Fault) -> Iterator[Scene]:
                 yield scene.with_(meshes=(*scene.meshes[:k], fewer, *scene.meshes[k + 1 :]))
 
 
-def _simpler(scene: Scene, fault: Fault) -> Iterator[Scene]:
+def simpler(scene: Scene, fault: Fault | None = None) -> Iterator[Scene]:
     """Plain surfaces and lights; each only where it changes something."""
     grey = Material((0.5, 0.5, 0.5))
     plain = scene.with_(
@@ -119,10 +119,12 @@ def _simpler(scene: Scene, fault: Fault) -> Iterator[Scene]:
 def _rounder(scene: Scene, fault: Fault) -> Iterator[Scene]:
     """All numbers with few decimals, the fewest first."""
     for digits in (0, 1, 2, 3, 4, 6):
-        yield from _made(lambda digits=digits: _rounded(scene, digits))  # type: ignore[misc]
+        yield from _made(lambda digits=digits: rounded(scene, digits))  # type: ignore[misc]
 
 
-def _rounded(scene: Scene, digits: int) -> Scene:
+def rounded(scene: Scene, digits: int) -> Scene:
+    """With so many decimals in every coordinate."""
+
     def at(p: Any) -> Any:
         return tuple(np.round(np.array(p), digits).tolist())
 

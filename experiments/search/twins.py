@@ -6,6 +6,7 @@ had to round, it is another scene by that rounding (see `sensitivity`).
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -15,8 +16,9 @@ from nusselt.experiments.scenes.shapes import box
 from nusselt.renderer.lights import Light, QuadLight
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import Material, Mesh
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats, dot
 
+from .colours import recoloured
 from .motions import Motion, carried, corners_exact, places, rounding, turn
 
 
@@ -212,20 +214,33 @@ def _light_corner(scene: Scene, rng: np.random.Generator) -> Copy | None:
     return Copy(copy, exact=exact)
 
 
-def _far_thing(scene: Scene, rng: np.random.Generator) -> Copy:
-    """A box outside the hull of everything, the camera among it."""
-    everywhere = np.hstack((places(scene), np.array(scene.camera.position)[:, None], _reach(scene)))
-    low, high = everywhere.min(axis=1), everywhere.max(axis=1)
+def _far_thing(scene: Scene, rng: np.random.Generator) -> Copy | None:
+    """A box outside the hull of everything, the camera among it, behind which no light is and no line of sight ends."""
+    low, high = extent(scene)
     size = (high - low).max()
-    at = high + size * rng.uniform(0.5, 1.5, 3)
-    corner = np.where(rng.random(3) < 0.5, at, low - size * 2)
-    thing = box(tuple(corner), tuple(corner + size / 2), Material((0.5, 0.5, 0.5)))
-    return Copy(scene.with_(meshes=(*scene.meshes, thing)))
+    ahead = np.array(scene.camera.target) - np.array(scene.camera.position)
+    far = [light.hull() for light in scene.lights if light.at_infinity]
+    signs = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))[rng.permutation(8)]
+    for sign in signs:
+        near = np.where(sign > 0, high, low) + sign * size * rng.uniform(0.5, 1.5, 3)
+        corners = np.array(list(itertools.product(*zip(near, near + sign * size / 2, strict=True)))).T
+        seen = (dot(ahead[:, None], corners - np.array(scene.camera.position)[:, None]) >= 0).any()
+        # The hull, drawn out towards a light, stays on its side of one of the box's faces.
+        if not seen and all((sign[:, None] * way <= 0).all(axis=1).any() for way in far):
+            thing = box(tuple(corners.min(axis=1)), tuple(corners.max(axis=1)), Material((0.5, 0.5, 0.5)))
+            return Copy(scene.with_(meshes=(*scene.meshes, thing)))
+    return None
+
+
+def extent(scene: Scene) -> tuple[Floats, Floats]:
+    """Lowest and highest coordinates (3,) of everything, the camera among it."""
+    everywhere = np.hstack((places(scene), np.array(scene.camera.position)[:, None], _reach(scene)))
+    return everywhere.min(axis=1), everywhere.max(axis=1)
 
 
 def _reach(scene: Scene) -> Floats:
-    """Corners of boxes about the ellipsoids, (3, n)."""
-    found = [np.zeros((3, 0))]
+    """Corners of boxes about the ellipsoids, and hulls of lights, (3, n)."""
+    found = [np.zeros((3, 0)), *(light.hull() for light in scene.lights if not light.at_infinity)]
     for one in scene.ellipsoids:
         reach = np.sqrt((np.array(one.axes) ** 2).sum(axis=1))
         found.append(np.stack((np.array(one.center) - reach, np.array(one.center) + reach), axis=1))
@@ -233,13 +248,8 @@ def _reach(scene: Scene) -> Floats:
 
 
 def _brighter(scene: Scene, rng: np.random.Generator) -> Copy:
-    """Twice the radiance of every light."""
-
-    def doubled(light: Light) -> Light:
-        r, g, b = (2 * channel for channel in light.colour)
-        return light.with_colour((r, g, b))
-
-    return Copy(scene.with_(lights=tuple(map(doubled, scene.lights))), factor=2.0)
+    """Twice the radiance of everything that shines."""
+    return Copy(recoloured(scene, lights=lambda rgb: 2 * rgb, emission=lambda rgb: 2 * rgb), factor=2.0)
 
 
 def _everything(scene: Scene, rng: np.random.Generator) -> Copy:

@@ -13,6 +13,7 @@ from nusselt.experiments.studies.honest_images import HONEST_IMAGES
 from nusselt.experiments.studies.light_units import LIGHT_UNITS
 from nusselt.experiments.studies.mesh_cost import MESH_COST
 from nusselt.experiments.studies.mesh_rays import MESH_RAYS
+from nusselt.experiments.studies.metamorphic_mistakes import METAMORPHIC_MISTAKES
 from nusselt.experiments.studies.nusselt_analog import NUSSELT_ANALOG
 from nusselt.experiments.studies.offset import OFFSET
 from nusselt.experiments.studies.planted_defects import PLANTED_DEFECTS
@@ -47,6 +48,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     PLANTED_MISTAKES,
     HONEST_IMAGES,
     PLANTED_IMAGES,
+    METAMORPHIC_MISTAKES,
     OFFSET,
     VARIANCE_TABLE,
     ERROR_AGAINST_TIME,

@@ -1,0 +1,66 @@
+"""Who makes the images that are compared with each other, and of what size: options of several commands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import click
+
+from nusselt.experiments.images.read import READERS
+from nusselt.experiments.metamorphic.sources import EstimatorSource, Source, renderer_source, sized
+from nusselt.experiments.terminal.options import said_in, together
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.scene import Scene
+
+
+@dataclass(frozen=True)
+class Made:
+    """Who makes the images, and of what size."""
+
+    renderer: str | None
+    estimator: str | None
+    image_type: str
+    run_timeout: float
+    new_kinds: bool
+    exact: bool
+    width: int | None
+    samples: int | None
+
+    @property
+    def source(self) -> Source:
+        if self.renderer is None:
+            return EstimatorSource(self.estimator)
+        if self.estimator is not None:
+            raise InputError("estimator", self.estimator, "an estimator of ours or a renderer, not both")
+        return renderer_source(self.renderer, self.image_type, self.run_timeout, self.new_kinds, self.exact)
+
+    def scene(self, scene: Scene) -> Scene:
+        return sized(scene, self.width, self.samples)
+
+
+made_options = together(
+    Made,
+    "made",
+    click.option("--renderer", metavar="COMMAND", help="A program with {scene} or {xml}, {output} …; or: mitsuba."),
+    click.option("--estimator", metavar="NAME", help="Instead of the scene's. See: list."),
+    click.option("--image-type", type=click.Choice(list(READERS)), default=".exr", show_default=True),
+    click.option("--run-timeout", type=click.FloatRange(0, min_open=True), default=600.0, show_default=True),
+    click.option("--new-kinds", is_flag=True, help="The renderer knows quad and triangle lights."),
+    click.option("--exact", is_flag=True, help="The renderer claims images without noise."),
+    click.option("--width", type=click.IntRange(1, 65_536), help="Pixels across, instead of the scene's."),
+    click.option("--samples", type=click.IntRange(1, 1 << 24), help="Per light, instead of the scene's."),
+)
+
+
+ELSEWHERE = ("scenes", "only", "out", "target", "csv", "junit", "summary")
+
+
+def said_words(context: click.Context, elsewhere: tuple[str, ...] = ELSEWHERE) -> list[str]:
+    """The options that were said, but for these."""
+    words: list[str] = []
+    named = {param.name: param.opts[0] for param in context.command.params}
+    for name, value in said_in(context).items():
+        if name not in elsewhere:
+            for each in value if isinstance(value, tuple) else (value,):
+                words += [named[name]] if each is True else [named[name], str(each)]
+    return words

@@ -1,0 +1,91 @@
+"""`nusselt reduce`: the smallest scene on which a renderer still fails."""
+
+from __future__ import annotations
+
+import math
+import shlex
+import sys
+import time
+from pathlib import Path
+
+import click
+
+from nusselt.experiments.check.request import Reading
+from nusselt.experiments.files import replacing
+from nusselt.experiments.metamorphic.ask import Asking
+from nusselt.experiments.reduce.failure import BESIDE, CRASHES, Failure, manner_of
+from nusselt.experiments.reduce.reduce import Trials, reduced, told
+from nusselt.experiments.results.status import EXIT
+from nusselt.experiments.terminal.options import reading_options, seed_option
+from nusselt.experiments.terminal.places import Place
+from nusselt.experiments.terminal.progress import progress_bar
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.words import count
+
+from .made import Made, made_options, said_words
+
+
+@click.command(name="reduce")
+@click.argument("scene")
+@made_options
+@click.option("--relation", "wanted", metavar="NAME", multiple=True, help="Fails by this relation.")
+@click.option("-o", "--output", type=Place(), required=True, metavar="FILE", help="The small scene; .json beside it.")
+@click.option("--margin", type=float, default=0.02, show_default=True, help="Relative difference that does not matter.")
+@click.option("--alpha", type=float, default=1e-3, show_default=True, help="Chance that noise leads astray, in all.")
+@click.option("--runs", type=click.IntRange(2, 256), default=4, show_default=True, help="Seeds of every image.")
+@click.option("--step-budget", type=float, default=0.0, help="Seconds for more seeds of a scene that is undecided.")
+@click.option("--time", "seconds", type=click.FloatRange(0, min_open=True), default=math.inf, help="Seconds in all.")
+@seed_option
+@reading_options
+@click.pass_context
+def command(
+    context: click.Context,
+    /,
+    *,
+    scene: str,
+    made: Made,
+    wanted: tuple[str, ...],
+    output: Path,
+    seconds: float,
+    step_budget: float,
+    reading: Reading,
+    **asked: object,
+) -> None:
+    """Shrink a SCENE on which a renderer fails: no image, another than ours, or a broken relation.
+
+    What was tried is kept beside the output: the same command goes on where it was cut short.
+
+    \b
+    nusselt reduce big.test --renderer "./mine {scene} {output}" -o small.test
+    """
+    asking = Asking(budget=step_budget, only=wanted, **asked)  # type: ignore[arg-type]
+    whole, until = made.scene(reading.scene(scene)), time.monotonic() + seconds
+    failure = manner_of(whole, made.source, asking, wanted)
+    if failure is None:
+        click.echo(f"{whole.name}: nothing fails", err=True)
+        sys.exit(EXIT["as claimed"])
+    with progress_bar(failure.manner) as report:
+        trials = Trials(failure, until, output.with_suffix(".json"), report)
+        small = reduced(whole, trials)
+    with replacing(output) as beside:
+        beside.write_text(told(small, failure, _again(context, failure, output)), encoding="utf-8")
+    late = ", and the time was up" if trials.out_of_time else ""
+    click.echo(
+        f"{failure.manner}: {_size(whole)} became {_size(small)} in {count(trials.asked, 'trial')}{late}: {output}"
+    )
+    sys.exit(EXIT["not as claimed"])
+
+
+def _again(context: click.Context, failure: Failure, output: Path) -> str:
+    """The command that shows the failure of the small scene."""
+    words = said_words(context, ("scene", "output", "seconds", "step_budget", "width", "samples", "wanted"))
+    if failure.manner in (CRASHES, BESIDE):
+        return shlex.join(["nusselt", "reduce", output.name, *words, "-o", "again.test"])
+    return shlex.join(["nusselt", "metamorphic", output.name, *words, "--relation", failure.manner])
+
+
+def _size(scene: Scene) -> str:
+    things = len(scene.meshes) + len(scene.ellipsoids)
+    triangles = sum(mesh.triangles.shape[1] for mesh in scene.meshes)
+    parts = count(things, "object"), count(triangles, "triangle"), count(len(scene.lights), "light")
+    return ", ".join(parts) + f" in {scene.width} x {scene.height} pixels"

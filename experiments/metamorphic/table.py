@@ -1,0 +1,49 @@
+"""Relations as a table in a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich import box
+from rich.markup import escape
+from rich.table import Table
+
+from nusselt.experiments.results.rows import percent, urgent_first
+from nusselt.experiments.results.schema import Row
+from nusselt.experiments.results.tables import COLOURS
+from nusselt.renderer.words import count
+
+BROKEN = ("differs", "undecided")
+
+
+def relation_table(rows: Sequence[Row], alpha: float) -> Table:
+    """A line a relation, what is broken first; those that a scene does not have are counted."""
+    judged = [row for row in rows if "verdict" in row]
+    table = Table(
+        box=box.SIMPLE,
+        title="What right images keep, without a reference",
+        caption=f"seen: the difference from what is expected, in % of its mean; false-alarm rate {alpha:g} for the "
+        "whole table.",
+    )
+    for name in ("scene", "relation", "expected", "seen", "verdict", "likely"):
+        table.add_column(name, overflow="fold")
+    for row in urgent_first(judged):
+        seen = " to ".join(percent(end, 2, sign=True, unit="") for end in row.get("bias_interval", ()))
+        likely = row["likely"] if row["verdict"] == "differs" else ""
+        cells = [row["scene"], row["method"], row["expects"], seen.replace("−", "-")]
+        word = f"[{COLOURS[row['verdict']]}]{row['verdict']}[/]"
+        table.add_row(*map(escape, cells), word, escape(likely))
+    return table
+
+
+def sentences(rows: Sequence[Row]) -> list[str]:
+    """Why each relation that is broken or undecided is; what was left out; and how many hold."""
+    told = [f"{row['scene']}, {row['method']}: {row['reason']}" for row in rows if row.get("verdict") in BROKEN]
+    left_out: dict[str, list[str]] = {}
+    for row in rows:
+        if "verdict" not in row:
+            left_out.setdefault(row["reason"], []).append(f"{row['scene']}, {row['method']}")
+    told += [f"left out ({why}): {'; '.join(names)}" for why, names in left_out.items()]
+    words = [row["verdict"] for row in rows if "verdict" in row]
+    counts = ", ".join(f"{words.count(word)} {word}" for word in ("agrees", "differs", "undecided"))
+    return [*told, f"{count(len(words), 'relation')}: {counts}"]

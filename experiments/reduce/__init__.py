@@ -1,0 +1,1 @@
+"""The smallest scene on which a renderer still fails as it did."""

@@ -1,0 +1,104 @@
+"""How a renderer fails on a scene, and whether it still does: by a test whose errors are declared for all steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from nusselt.experiments.external.program import ProgramFailed
+from nusselt.experiments.metamorphic.ask import Asking, Pictures, put
+from nusselt.experiments.metamorphic.judge import Judged
+from nusselt.experiments.metamorphic.relation import Images, Related, Shot
+from nusselt.experiments.metamorphic.relations import RELATIONS
+from nusselt.experiments.metamorphic.sources import EstimatorSource, Source
+from nusselt.experiments.search.examine import stream
+from nusselt.experiments.verdict.level import Level
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats
+
+CRASHES, BESIDE = "gives no image", "differs from ours"
+STEPS = 2000
+"""Scenes among which the false-alarm rate is divided: so many are tried at most."""
+OURS = "area"
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A source and ours: the second image is ours, with seeds of its own."""
+
+    theirs: Source
+    ours: Source
+
+    @property
+    def name(self) -> str:
+        return self.theirs.name
+
+    @property
+    def rounding(self) -> float:
+        return self.theirs.rounding
+
+    @property
+    def knows(self) -> tuple[str, ...]:
+        return self.theirs.knows
+
+    def claim(self, scene: Scene) -> str:
+        return self.theirs.claim(scene)
+
+    def image(self, shot: Shot, seed: int) -> Floats:
+        return (self.ours if shot.step else self.theirs).image(shot, seed)
+
+
+def _first_two(images: Images) -> tuple[Floats, Floats]:
+    return images[0], images[1]
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A way to fail.
+
+    Parameters
+    ----------
+    manner : str
+        `CRASHES`, `BESIDE`, or the name of a relation.
+    source : Source
+    asking : Asking
+        Its ``alpha`` is of all scenes tried together.
+    """
+
+    manner: str
+    source: Source
+    asking: Asking
+
+    def judged(self, scene: Scene) -> Judged | None:
+        """What is said of a scene; None where nothing can be."""
+        try:
+            related, source = self._related(scene)
+            if isinstance(related, str):
+                return None
+            level = Level(self.asking.alpha, STEPS)
+            return put(Pictures(scene, source), related, self.asking, level)[0]
+        except ProgramFailed as problem:
+            return Judged("differs", str(problem), {}) if self.manner == CRASHES else None
+        except InputError:
+            return None
+
+    def _related(self, scene: Scene) -> tuple[Related | str, Source]:
+        if self.manner == CRASHES:
+            return Related(scene, (), lambda images: (images[0], images[0])), self.source
+        if self.manner == BESIDE:
+            return Related(scene, (Shot(scene, step=1),), _first_two), Beside(self.source, EstimatorSource(OURS))
+        relation = next(one for one in RELATIONS if one.name == self.manner)
+        return relation.make(scene, stream(self.asking.seed, relation.name)), self.source
+
+    def there(self, scene: Scene) -> bool:
+        """Whether it fails: proven, not only likely."""
+        judged = self.judged(scene)
+        return judged is not None and judged.word == "differs"
+
+
+def manner_of(scene: Scene, source: Source, asking: Asking, wanted: Sequence[str] = ()) -> Failure | None:
+    """The first way in which a renderer fails on a scene: no image, another than ours, a broken relation."""
+    names = wanted or (CRASHES, BESIDE, *(r.name for r in RELATIONS if not set(r.kinds) - set(source.knows)))
+    failures = (Failure(name, source, asking) for name in names)
+    return next((failure for failure in failures if failure.there(scene)), None)
