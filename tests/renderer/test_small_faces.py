@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import math
 
 import numpy as np
@@ -12,7 +11,7 @@ from nusselt.experiments.studies.race.measure import racer
 from nusselt.experiments.studies.race.scenes import race_scene
 from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import look
-from nusselt.renderer.pixels import render_area
+from nusselt.renderer.pixels import render_area, small_faces
 from nusselt.renderer.pixels.doubt import _turning
 from nusselt.renderer.pixels.shade import regions_of
 from nusselt.renderer.pixels.shadow_fits import Places, fit_shadows
@@ -91,7 +90,7 @@ def test_edges_that_throw_a_shadow_raise_doubt_and_most_of_a_ball_do_not():
 def test_pixels_by_area_of_a_ball_are_those_whose_faces_are_looked_at_one_by_one(monkeypatch):
     shown = race_scene("bumpy-ball", SIDE)
     image = render_area(shown, racer(shown), tolerance=1e-2)
-    monkeypatch.setattr(importlib.import_module(render_area.__module__), "on_small_faces", lambda face, _: face < -9)
+    monkeypatch.setattr(small_faces, "on_small_faces", lambda face, _: face < -9)
     right = render_area(shown, racer(shown), tolerance=5e-3)
     judged = (image.image.emitter == 0) & (image.image.background < 1)
     error = ((image.image.mean - right.image.mean)[:, judged] ** 2).sum() / (right.image.mean[:, judged] ** 2).sum()

@@ -99,6 +99,8 @@ def _said(chunks: dict[bytes, bytes]) -> tuple[tuple[str, ...], str]:
     """What chunks say of the picture, and of its levels' curve: of several the one that counts."""
     notes, (depth, colour) = [], chunks.get(b"IHDR", bytes(10))[8:10]
     if colour == 3:
+        if b"PLTE" not in chunks:
+            raise ValueError("no palette")
         notes.append("the colours of its palette are taken for levels of eight bits")
     elif depth < 8:
         notes.append(f"its grey of {count(depth, 'bit')} is taken for levels of eight")

@@ -306,6 +306,14 @@ def test_png_of_every_kind_has_the_levels_that_were_written(tmp_path, depth, col
     assert {word: word in said(path) for word in words} == words
 
 
+@pytest.mark.parametrize("more", [(), (b"tRNS",)], ids=["opaque", "transparent"])
+def test_a_palette_that_is_missing_is_told(tmp_path, more):
+    path = tmp_path / "a.png"
+    path.write_bytes(png(np.zeros((H, W, 1), dtype=int), 8, 3, False, *(chunk(name, bytes(1)) for name in more)))
+    with pytest.raises(InputError, match=r"damaged PNG \(no palette\)"):
+        read_image(path, ROOM)
+
+
 def test_sixteen_bits_are_written_as_they_are_read(tmp_path):
     write_image(tmp_path / "a.png", IMAGE, bits=16)
     raw = read_image(tmp_path / "a.png", ROOM)
