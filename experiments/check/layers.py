@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from nusselt.experiments.results.layers import Layers, all_layers
-from nusselt.renderer.image import LIGHTS, Image
+from nusselt.renderer.image import Image
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.tile import LIGHTS
 from nusselt.renderer.vectors import Floats
 
 from .draw import Drawing, draw

@@ -17,10 +17,11 @@ from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.image import LIGHTS, Image
+from nusselt.renderer.image import Image
 from nusselt.renderer.lobes import Lambert
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.tile import LIGHTS
 from nusselt.renderer.vectors import Floats, column
 from nusselt.renderer.words import count
 

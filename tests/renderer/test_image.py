@@ -12,10 +12,11 @@ from nusselt.experiments.scenes import catalogue
 from nusselt.experiments.workers import worker_pool
 from nusselt.renderer.ambiguous_pixels import Tolerance
 from nusselt.renderer.estimators import Area
-from nusselt.renderer.image import render, tiles
+from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.surfaces import Ellipsoid, Material
+from nusselt.renderer.tile import tiles
 
 ARRAYS = (
     "first",

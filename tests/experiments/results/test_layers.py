@@ -21,10 +21,11 @@ from nusselt.experiments.results.pictures import write_pictures
 from nusselt.experiments.results.visibility import visibility_layers
 from nusselt.experiments.verdict.pooling import combine_images
 from nusselt.renderer.estimators import Area
-from nusselt.renderer.image import LIGHTS, Image
+from nusselt.renderer.image import Image
 from nusselt.renderer.image import render as render_image
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.surfaces import Material
+from nusselt.renderer.tile import LIGHTS
 
 W, H = 24, 18
 ALBEDO = (0.2, 0.4, 0.6)
