@@ -86,17 +86,12 @@ class Image:
         cls, mean: Floats, emitter: Floats, background: Floats, back_faces: int = 0, left_out: tuple[LeftOut, ...] = ()
     ) -> Image:
         """An image in which nothing is random: radiance (3, h, w), shares of emitters and background (h, w)."""
-        nothing = np.zeros(emitter.shape)
         shaded = (emitter == 0) & (background == 0)
         level = np.clip(mean, 0, 1)
         level *= 255
         return cls(
-            first=mean,
-            mean=mean,
-            variance=np.zeros(mean.shape),
-            pixel_variance=nothing,
+            **_one_pass(mean),
             level_mean=level,
-            level_variance=np.zeros(mean.shape),
             emitter=emitter,
             background=background,
             unjudged=np.zeros(emitter.shape, dtype=bool),
@@ -221,6 +216,7 @@ def _render(job: Job, executor: Executor | None, progress: Progress | None) -> I
             arrays[name][window] = values.reshape(*shape, len(tile.rows), len(tile.columns))
         if progress:
             progress(done, len(parts))
+    arrays = _one_pass(arrays["mean"]) | arrays
     shaded = (arrays["emitter"] == 0) & (arrays["background"] == 0)
     back = int(arrays.pop("back").sum())
     bound, light_means = arrays.pop("bound"), arrays.pop("light_means")
@@ -236,6 +232,18 @@ def _render(job: Job, executor: Executor | None, progress: Progress | None) -> I
         bound=bound if isinstance(estimator, Bounded) else None,
         light_means=light_means if light_means.size else None,
     )
+
+
+def _one_pass(mean: Floats) -> dict[str, Floats]:
+    """What of an image's statistics one pass (3, h, w) has: it is the first, without a spread; that takes no memory."""
+    nothing = np.broadcast_to(0.0, mean.shape)
+    return {
+        "first": mean,
+        "mean": mean,
+        "variance": nothing,
+        "pixel_variance": nothing[0],
+        "level_variance": nothing,
+    }
 
 
 def _clumping(sums: Floats, pixel_variance: Floats) -> float:

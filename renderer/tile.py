@@ -149,7 +149,10 @@ class _Moments:
 
 
 def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
-    """All passes of one tile: arrays over its pixels (row by row), and its share of each pass's sum."""
+    """All passes of one tile: arrays over its pixels (row by row), and its share of each pass's sum.
+
+    One pass has no spread, and none is given.
+    """
     scene, geometry, needs = prepared = opened(job)
     x, y = pixel_centres(tile.columns, tile.rows)
     n, boxed = x.size, scene.spp > 1
@@ -185,13 +188,15 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
     emitter, background = emitter / passes, background / passes  # at the end: whole shares stay 0 or 1
     colours, averages, levels = moments
     shaded = (emitter == 0) & (background == 0)
-    return {
+    spread = {
         "first": colours.first,
-        "mean": colours.mean,
         "variance": colours.variance,
         "pixel_variance": averages.variance,
-        "level_mean": levels.mean,
         "level_variance": levels.variance,
+    }
+    return (spread if passes > 1 else {}) | {
+        "mean": colours.mean,
+        "level_mean": levels.mean,
         "emitter": emitter,
         "background": background,
         "unjudged": unjudged,

@@ -82,6 +82,10 @@ def test_nothing_random_takes_one_pass():
     image = render(s, Area(samples=16), passes=8)
     assert image.pass_means.size == 1
     assert (image.variance == 0).all()
+    assert image.first is image.mean
+    assert not any(
+        part.any() or any(part.strides) for part in (image.variance, image.pixel_variance, image.level_variance)
+    )
 
 
 @pytest.mark.parametrize("name", catalogue.CLASSIC)
