@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -115,3 +116,11 @@ def test_a_circle_and_a_wrong_arrow_are_seen():
     assert imported("def f():\n    from . import z", ["x"]) == {"x", "x.z"}
     assert circle({"a": {"b"}, "b": {"c"}, "c": {"a"}})
     assert circle({"a": {"b"}, "b": {"c"}, "c": set()}) == []
+
+
+def test_links_between_pages_lead_somewhere():
+    pages = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
+    links = [(page, link) for page in pages for link in re.findall(r"\]\(([^)#\s]+)", page.read_text(encoding="utf-8"))]
+    here = [(page, link) for page, link in links if not link.startswith("https:")]
+    assert len(here) > 10
+    assert [f"{page.name}: {link}" for page, link in here if not (page.parent / link).exists()] == []

@@ -1,4 +1,4 @@
-"""The README's tables of the scene text format and of mesh files say what the readers do."""
+"""The tables of the scene text format and of mesh files say what the readers do."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from nusselt.renderer.mesh_files import obj, ply_header, read_mesh_file
 from nusselt.renderer.scene_text import parse_scene
 from nusselt.renderer.scene_text.commands import COMMANDS, REFUSED
 
-SECTION = (ROOT / "README.md").read_text(encoding="utf-8").split("## Scene files\n")[1].split("\n## ")[0]
+SECTION = (ROOT / "docs" / "scenes.md").read_text(encoding="utf-8").split("## Scene files\n")[1].split("\n## ")[0]
 ROWS = [row.split(" | ") for row in SECTION.splitlines() if row.startswith("| `")]
 VIEW = "size 4 3\ncamera 0 0 4  0 0 0  0 1 0  45\n"
 
