@@ -15,7 +15,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import Any
 
-from nusselt.renderer.errors import InputError
+from nusselt.renderer.errors import InputError, WorkerLost
 
 from .main_script import portable, unguarded
 
@@ -25,10 +25,6 @@ ANSWER = 10.0
 """Seconds within which a scheduler must answer."""
 LIVES = 3
 """Deaths in a row, with no work finished between them, that are taken for the work's own doing."""
-
-
-class WorkerLost(RuntimeError):
-    """Work that kills the processes it is given to."""
 
 
 def cores() -> int:

@@ -34,3 +34,7 @@ class InputError(ValueError):
     def __reduce__(self) -> tuple[type, tuple[str, object, str, str]]:
         # Errors cross process boundaries; the default would call __init__ with the message alone.
         return InputError, (self.argument, repr(self.value), self.accepted, self.where)
+
+
+class WorkerLost(RuntimeError):
+    """Work that kills the processes it is given to."""

@@ -13,8 +13,7 @@ from typing import Any, NoReturn
 import click
 
 from nusselt.experiments.results.status import EXIT
-from nusselt.experiments.workers import WorkerLost
-from nusselt.renderer.errors import InputError
+from nusselt.renderer.errors import InputError, WorkerLost
 
 from .usage import usage_line
 

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from nusselt.experiments.workers import LIVES, SturdyPool, WorkerLost
+from nusselt.experiments.workers import LIVES, SturdyPool
+from nusselt.renderer.errors import WorkerLost
 
 
 def die_once(number: int, folder: str) -> int:
