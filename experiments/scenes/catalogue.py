@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
-from nusselt.experiments.exchange.pbrt import read_pbrt
-from nusselt.experiments.exchange.usd import SUFFIXES, read_usd
 from nusselt.experiments.images.kinds import kind_of
-from nusselt.mitsuba_bridge.own import read_mitsuba
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.scene_text import read_scene
@@ -18,12 +15,12 @@ from nusselt.renderer.scene_text import read_scene
 from .procedural import GENERATED, generated
 
 FOLDER = Path(__file__).parent
-OTHERS: dict[str, Callable[..., Scene]] = {
-    ".xml": read_mitsuba,
-    ".pbrt": read_pbrt,
-    **dict.fromkeys(SUFFIXES, read_usd),
+OTHERS = {
+    ".xml": ("nusselt.mitsuba_bridge.own", "read_mitsuba"),
+    ".pbrt": ("nusselt.experiments.exchange.pbrt", "read_pbrt"),
+    **dict.fromkeys((".usda", ".usdc", ".usd", ".usdz"), ("nusselt.experiments.exchange.usd", "read_usd")),
 }
-"""Readers of other programs' scenes, by the ending of their names."""
+"""Readers of other programs' scenes, by the ending of their names: imported when there is something to read."""
 
 CLASSIC = (
     "quad",
@@ -100,7 +97,9 @@ def load(name: str, lenient: bool = False, as_diffuse: bool = False) -> Scene:
     elif not path.exists():
         raise InputError("scene", name, "a scene file, or one of " + ", ".join((*CLASSIC, *GENERATED)))
     if path.suffix.lower() in OTHERS:
-        return OTHERS[path.suffix.lower()](path, as_diffuse=as_diffuse)
+        module, reader = OTHERS[path.suffix.lower()]
+        found: Scene = getattr(import_module(module), reader)(path, as_diffuse=as_diffuse)
+        return found
     if kind := kind_of(path):
         raise InputError("scene", f"a {kind.lstrip('.')} image", "a scene file, which is text", name)
     return read_scene(path, lenient=lenient).with_(name=path.stem)

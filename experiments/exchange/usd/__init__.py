@@ -9,9 +9,7 @@ from nusselt.renderer.scene import Scene
 
 from .write import usd_text
 
-__all__ = ["SUFFIXES", "read_usd", "usd_text"]
-
-SUFFIXES = (".usda", ".usdc", ".usd", ".usdz")
+__all__ = ["read_usd", "usd_text"]
 
 
 def read_usd(path: Path, *, as_diffuse: bool = False) -> Scene:
