@@ -234,7 +234,7 @@ def _render(job: Job, executor: Executor | None, progress: Progress | None) -> I
     )
 
 
-def _one_pass(mean: Floats) -> dict[str, Floats]:
+def _one_pass(mean: Floats) -> dict[str, Any]:
     """What of an image's statistics one pass (3, h, w) has: it is the first, without a spread; that takes no memory."""
     nothing = np.broadcast_to(0.0, mean.shape)
     return {
