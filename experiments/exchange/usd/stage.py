@@ -82,7 +82,7 @@ class _Read:
 
     def _camera(self, settings: Prim | None) -> Prim:
         """The one that the settings name, else the first."""
-        names = settings.usd.GetRelationship("camera").GetForwardedTargets() if settings else ()
+        names = list(settings.usd.GetRelationship("camera").GetForwardedTargets()) if settings else []
         for camera in self.cameras:
             if not names or camera.usd.GetPath() in names:
                 return camera

@@ -62,7 +62,10 @@ def side_objections(side: Side) -> list[tuple[Bools, str]]:
         thin = resting_on(side.grey_variance) < FEWEST
         heavy = f"the passes of {side.name} are heavy-tailed or skewed: larger passes would decide"
         objections += [
-            (thin, f"the noise of {side.name} rests on fewer than {FEWEST} pixels: more samples would decide"),
+            (
+                thin,
+                f"the noise of {side.name} rests on fewer than {FEWEST} pixels: a larger image or more samples would decide",
+            ),
             (is_heavy(side.passes), heavy),
         ]
     return [(side.is_random & rows, sentence) for rows, sentence in objections]
