@@ -13,13 +13,20 @@ set -u
 : "${SCENES:?names of scenes}" "${RENDERER:?a command with {scene\}, {samples\}, {seed\} and {output\}}"
 out=${OUT:-nusselt}
 mkdir -p "$out" || exit 2
+for left in results.json report.html verdicts.md verdicts.xml changes.md changes.xml changes.json; do
+  rm -f "$out/$left" # of an earlier run
+done
 status=0
 # shellcheck disable=SC2086 # scenes and options are words
 nusselt check $SCENES --renderer "$RENDERER" ${OPTIONS:-} --out "$out" --summary "$out/verdicts.md" --junit "$out/verdicts.xml" || status=$?
 if [ -f "$out/results.json" ]; then
-  nusselt report "$out" -o "$out/report.html" || [ "$status" -ne 0 ] || status=$?
+  nusselt report "$out" -o "$out/report.html"
+  reported=$?
+  [ "$status" -ne 0 ] || status=$reported
 fi
-if [ -n "${BASELINE:-}" ] && [ -f "$BASELINE" ] && [ -f "$out/results.json" ]; then
+if [ -n "${BASELINE:-}" ] && [ ! -f "$BASELINE" ]; then
+  echo "judge.sh: no file $BASELINE: nothing is compared" >&2
+elif [ -n "${BASELINE:-}" ] && [ -f "$out/results.json" ]; then
   nusselt compare "$BASELINE" "$out/results.json" --summary "$out/changes.md" --junit "$out/changes.xml" --json "$out/changes.json"
   changed=$?
   # 1 is worst, then 2, 4 and 3; 0 is best.

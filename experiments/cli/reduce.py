@@ -60,10 +60,11 @@ def command(
     """
     asking = Asking(budget=step_budget, only=wanted, **asked)  # type: ignore[arg-type]
     whole, until = made.scene(reading.scene(scene)), time.monotonic() + seconds
-    failure = manner_of(whole, made.source, asking, wanted)
+    failure, unknown = manner_of(whole, made.source, asking, wanted, until)
     if failure is None:
-        click.echo(f"{whole.name}: nothing fails", err=True)
-        sys.exit(EXIT["as claimed"])
+        rest = f" that could be shown; undecided: {', '.join(unknown)}" if unknown else ""
+        click.echo(f"{whole.name}: nothing fails{rest}", err=True)
+        sys.exit(EXIT["undecided" if unknown else "as claimed"])
     with progress_bar(failure.manner) as report:
         trials = Trials(failure, until, output.with_suffix(".json"), report)
         small = reduced(whole, trials)

@@ -69,7 +69,7 @@ def _tell_convergence(row: dict[str, Any], table: Console) -> None:
             f"{entry['seconds_median']:.2f}",
         )
     table.print(found)
-    for name in ("samples", "seconds"):
+    for name in ("samples", "seconds") if len(told["rows"]) > 1 else ():
         value = told[f"slope_{name}"]
         table.print(f"RMS falls as {name} to the power {'unknown' if value is None else f'{value:+.2f}'}")
 

@@ -13,7 +13,12 @@ from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.tables import COLOURS
 from nusselt.renderer.words import count
 
-BROKEN = ("differs", "undecided")
+VERBS = (
+    ("agrees", "agrees", "agree"),
+    ("differs", "differs", "differ"),
+    ("undecided", "is undecided", "are undecided"),
+)
+"""Of one relation, and of more."""
 
 
 def relation_table(rows: Sequence[Row], alpha: float) -> Table:
@@ -38,12 +43,13 @@ def relation_table(rows: Sequence[Row], alpha: float) -> Table:
 
 def sentences(rows: Sequence[Row]) -> list[str]:
     """Why each relation that is broken or undecided is; what was left out; and how many hold."""
-    told = [f"{row['scene']}, {row['method']}: {row['reason']}" for row in rows if row.get("verdict") in BROKEN]
-    left_out: dict[str, list[str]] = {}
-    for row in rows:
-        if "verdict" not in row:
-            left_out.setdefault(row["reason"], []).append(f"{row['scene']}, {row['method']}")
-    told += [f"left out ({why}): {'; '.join(names)}" for why, names in left_out.items()]
+    told = [f"{row['scene']}, {row['method']}: {row['reason']}" for row in rows if row.get("verdict") == "differs"]
+    for verdict, word in (("undecided", "undecided"), (None, "left out")):
+        alike: dict[str, list[str]] = {}
+        for row in rows:
+            if row.get("verdict") == verdict:
+                alike.setdefault(row["reason"], []).append(f"{row['scene']}, {row['method']}")
+        told += [f"{word} ({why}): {'; '.join(names)}" for why, names in alike.items()]
     words = [row["verdict"] for row in rows if "verdict" in row]
-    counts = ", ".join(f"{words.count(word)} {word}" for word in ("agrees", "differs", "undecided"))
+    counts = ", ".join(f"{words.count(word)} {one if words.count(word) == 1 else more}" for word, one, more in VERBS)
     return [*told, f"{count(len(words), 'relation')}: {counts}"]

@@ -117,8 +117,9 @@ def run_cross(
             except ProgramFailed as problem:
                 missing[peer.name] = str(problem)
         if not entrants:
-            told = "; ".join(f"{peer}: {why}" for peer, why in missing.items())
-            raise InputError("peers", told or "none", "one at least that is installed, a --renderer or images")
+            told = "; ".join(f"{peer} is {why}" for peer, why in missing.items())
+            accepted = "one at least that is installed, a --renderer or images"
+            raise InputError("peers", ", ".join(missing) or "none", f"{accepted}{told and f' ({told})'}")
         found = cross_check(scene, entrants, task.question, executor, progress)
         left = _departures(ready, found, task, tell) if task.measure_departures else ()
     return replace(found, missing=missing, departures=left)

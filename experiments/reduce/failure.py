@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -97,8 +99,20 @@ class Failure:
         return judged is not None and judged.word == "differs"
 
 
-def manner_of(scene: Scene, source: Source, asking: Asking, wanted: Sequence[str] = ()) -> Failure | None:
-    """The first way in which a renderer fails on a scene: no image, another than ours, a broken relation."""
+def manner_of(
+    scene: Scene, source: Source, asking: Asking, wanted: Sequence[str] = (), until: float = math.inf
+) -> tuple[Failure | None, list[str]]:
+    """The first way in which a renderer fails on a scene, and those before it of which nothing is known.
+
+    No image, another than ours, a broken relation; none is asked for after a time of `time.monotonic`.
+    """
     names = wanted or (CRASHES, BESIDE, *(r.name for r in RELATIONS if not set(r.kinds) - set(source.knows)))
-    failures = (Failure(name, source, asking) for name in names)
-    return next((failure for failure in failures if failure.there(scene)), None)
+    unknown: list[str] = []
+    for name in names:
+        failure = Failure(name, source, asking)
+        judged = failure.judged(scene) if time.monotonic() < until else Judged("undecided", "", {})
+        if judged is not None and judged.word == "differs":
+            return failure, unknown
+        if judged is not None and judged.word == "undecided":
+            unknown.append(name)
+    return None, unknown

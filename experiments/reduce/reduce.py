@@ -41,8 +41,13 @@ class Trials:
 
     def __post_init__(self) -> None:
         if self.kept is not None and self.kept.exists():
-            content = json.loads(self.kept.read_text(encoding="utf-8"))
-            self.known = content["answers"] if content.get("question") == self.question else {}
+            try:
+                content = json.loads(self.kept.read_text(encoding="utf-8"))
+                question, answers = content["question"], dict(content["answers"])
+            except (OSError, ValueError, TypeError, KeyError):
+                accepted = "what an earlier reduction kept: another file there would be lost"
+                raise InputError("--output, beside it", str(self.kept), accepted) from None
+            self.known = answers if question == self.question else {}
 
     @property
     def question(self) -> str:

@@ -14,6 +14,7 @@ from nusselt.renderer.lights import LIGHTS, Light
 from nusselt.renderer.lights.text import from_numbers
 from nusselt.renderer.lobes import LOBES, Lobe
 from nusselt.renderer.lobes.protocol import Parameter
+from nusselt.renderer.validation import colour
 
 from .state import SceneState
 
@@ -98,6 +99,7 @@ def _ignored(name: str, read: Callable[[str, str], Any], arguments: str, why: st
 def _light_command(kind: type[Light]) -> Command:
     def act(state: SceneState, *values: float) -> None:
         if kind.TEXT.of_surface:
+            colour(f"{kind.TEXT.command} radiance", values)  # its surface, and so the light, comes lines later
             state.lit(partial(from_numbers, kind, kind.TEXT, values), any(values))
         else:
             state.light(from_numbers(kind, kind.TEXT, values))

@@ -290,7 +290,10 @@ class SceneState:
     def _add_mesh(self, mesh: Mesh, line: int) -> None:
         """A surface, or a light, from a line on."""
         if self._lit is not None:
-            self._add_light(self._lit(mesh), line)
+            try:
+                self._add_light(self._lit(mesh), line)
+            except InputError as error:
+                raise error.at(f"{self.where}:{line}") from None
             return
         self._meshes.append(mesh)
         self._lines[0].append(line)

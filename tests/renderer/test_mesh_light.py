@@ -130,9 +130,9 @@ def test_lights_stay_in_order_and_each_line_of_a_mesh_is_one():
 @pytest.mark.parametrize(
     ("lines", "named"),
     [
-        ("meshLight 1 1 -1\n" + TRI, "meshLight radiance"),
+        ("meshLight 1 1 -1\n" + TRI, "<text>:3: meshLight radiance"),
         ("meshLight 1 1 1\nsphere 0 0 0 1", "sphereLight"),
-        ("meshLight 1 1 1\nscale 1e200 1e200 1e200\n" + TRI, "meshLight area"),
+        ("meshLight 1 1 1\nscale 1e200 1e200 1e200\n" + TRI, "<text>:9: meshLight area"),
     ],
 )
 def test_what_is_none_is_refused(lines, named):

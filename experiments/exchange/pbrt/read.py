@@ -39,7 +39,7 @@ class _Reader:
     folder: Path
     as_diffuse: bool
     state: State = field(default_factory=State)
-    stack: list[tuple[str, State]] = field(default_factory=list)
+    stack: list[tuple[Directive, State]] = field(default_factory=list)
     named: dict[str, Material] = field(default_factory=dict)
     objects: dict[str, list[tuple[Directive, State]]] = field(default_factory=dict)
     current: str = ""
@@ -59,9 +59,10 @@ class _Reader:
                     raise directive.refused(directive.kind, f"files that include files at most {DEEPEST} deep")
                 kept = self.state
                 try:
-                    self.include(find_inside(self.folder, directive.kind), depth + 1)
+                    inner = find_inside(self.folder, directive.kind)
                 except InputError as error:
-                    raise (error if error.where else error.at(directive.where)) from None
+                    raise InputError(directive.name, error.value, error.accepted, directive.where) from None
+                self.include(inner, depth + 1)
                 if directive.name == "Import":  # what an imported file sets ends with it
                     self.state = kept
             else:
@@ -97,11 +98,11 @@ class _Reader:
             raise directive.refused(directive.kind, "srgb")
 
     def push(self, directive: Directive) -> None:
-        self.stack.append((directive.name.removesuffix("Begin"), self.state))
+        self.stack.append((directive, self.state))
 
     def pop(self, directive: Directive) -> None:
         kind = directive.name.removesuffix("End")
-        if not self.stack or self.stack[-1][0] != kind:
+        if not self.stack or self.stack[-1][0].name != f"{kind}Begin":
             raise InputError(directive.name, "nothing to end", f"an open {kind}Begin", directive.where)
         _, saved = self.stack.pop()
         self.state = replace(self.state, transform=saved.transform) if kind == "Transform" else saved
@@ -157,7 +158,10 @@ class _Reader:
             has_colour = found is not None and found.kind == "rgb"
             return Material(diffuse=directive.colour("reflectance", DEFAULT) if has_colour else (DEFAULT,) * 3)
         directive.only("reflectance", "type")
-        return Material(diffuse=directive.colour("reflectance", DEFAULT))
+        diffuse = directive.colour("reflectance", DEFAULT)
+        if max(diffuse) > 1:
+            raise directive.refused(f"reflectance {max(diffuse):g}", "at most 1, as pbrt has it", "reflectance")
+        return Material(diffuse=diffuse)
 
 
 ACTS: dict[str, Callable[[_Reader, Directive], None]] = {
@@ -206,7 +210,8 @@ def read_pbrt(path: Path, *, as_diffuse: bool = False) -> Scene:
         missing = "Camera" if reader.camera is None else "WorldBegin"
         raise InputError(missing, "missing", "a pbrt scene: Camera, WorldBegin and shapes", str(path))
     if reader.stack:
-        raise InputError(f"{reader.stack[-1][0]}End", "missing", "an end for each beginning", str(path))
+        begun = reader.stack[-1][0]
+        raise InputError(begun.name, "never ended", "an end for each beginning", begun.where)
     width, height = film_of(reader.film)
     directive, transform = reader.camera
     view = _at(directive, lens_of, directive, transform, width, height)
@@ -225,7 +230,9 @@ def _scene(reader: _Reader, view: View, size: tuple[int, int], name: str) -> Sce
     made = [_at(d, shape_of, d, state, view.world, reader.folder) for d, state in reader.shapes]
     lamps = [_at(d, light_of, d, view.world @ state.transform) for d, state in reader.sources]
     notes = [*reader.notes, *view.notes]
-    coloured = any(len(set(material.diffuse)) > 1 for material in (m.material for m in made if isinstance(m, Mesh)))
+    coloured = any(
+        len(set(material.diffuse)) > 1 for material in (m.material for m in made if isinstance(m, Mesh | Ellipsoid))
+    )
     lights = (*lamps, *(m for m in made if not isinstance(m, Mesh | Ellipsoid)))
     if coloured and any(len(set(light.colour)) > 1 for light in lights):
         notes.append(f"{reader.file}: {SPECTRAL}")

@@ -175,6 +175,8 @@ def directives(found: list[Token]) -> Iterator[Directive]:
             kind, _, name = token.text.partition(" ")
             if token.kind == "string" and name.strip() and kind in (*KINDS, *SPECTRA, "point", "vector", "normal3"):
                 values, at = _values(found, at + 1)
+                if name.strip() in parameters:
+                    raise InputError(f"{head.text} {name.strip()}", "a second time", "one value", token.where)
                 parameters[name.strip()] = Parameter(kind, values, token.where)
                 continue
             if token.kind != "bracket":

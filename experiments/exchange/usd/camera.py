@@ -32,6 +32,8 @@ def camera_of(prim: Prim, settings: Prim | None, notes: Notes) -> tuple[Camera, 
     for name, nothing in LENS:
         if prim.number(name, nothing) != nothing:
             notes.say(prim, f"{name} is left out: a pinhole, and linear radiance")
+    if prim.authored("clippingRange"):
+        notes.say(prim, "clippingRange is left out: what is nearer or farther is seen too")
     if not (across > 0 and high > 0 and prim.number("focalLength", 50.0) > 0):
         raise prim.refused("an aperture or focal length of 0", "lengths above 0")
     width, height = _size(prim, settings, across / high, notes)

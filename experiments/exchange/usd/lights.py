@@ -20,7 +20,13 @@ from nusselt.renderer.vectors import Floats
 from .library import UsdLux
 from .prims import Notes, Prim
 
-BLACKBODY = 6500.0
+OLD = (
+    *("intensity", "exposure", "color", "normalize", "diffuse", "enableColorTemperature"),
+    *("width", "height", "radius", "angle"),
+)
+"""Names of a light's inputs before USD 21.02, which say nothing now."""
+STOPS = 500
+"""Most of an exposure: beyond, radiance leaves double precision."""
 WHOLE = 90.0
 """Half angle of a cone that cuts nothing off a light that shines to one side."""
 
@@ -28,7 +34,10 @@ WHOLE = 90.0
 def _emitted(prim: Prim) -> Vec3:
     if prim.get("inputs:enableColorTemperature", False):
         raise prim.refused("enableColorTemperature", "a colour alone: inputs:color")
-    scale = prim.number("inputs:intensity", 1.0) * 2.0 ** prim.number("inputs:exposure", 0.0)
+    exposure = prim.number("inputs:exposure", 0.0)
+    if abs(exposure) > STOPS:
+        raise prim.refused(f"inputs:exposure {exposure:g}", f"-{STOPS} to {STOPS}")
+    scale = prim.number("inputs:intensity", 1.0) * 2.0**exposure
     r, g, b = prim.colour("inputs:color", (1.0, 1.0, 1.0))
     return scale * r, scale * g, scale * b
 
@@ -43,6 +52,9 @@ def _normalised(prim: Prim, light: Light, notes: Notes) -> Light:
 
 def _refuse_rest(prim: Prim) -> None:
     """What would change the light and is not read."""
+    for name in OLD:
+        if prim.authored(name):
+            raise prim.refused(name, f"inputs:{name}, as USD has it since 21.02")
     if prim.number("inputs:diffuse", 1.0) != 1:
         raise prim.refused(f"inputs:diffuse {prim.number('inputs:diffuse', 1.0):g}", "1: a light gives what is seen")
     if not prim.get("inputs:shadow:enable", True) or tuple(prim.get("inputs:shadow:color", (0, 0, 0))) != (0, 0, 0):

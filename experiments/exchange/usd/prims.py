@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -51,12 +52,22 @@ class Prim:
         value = attribute.Get(Usd.TimeCode.EarliestTime())
         return default if value is None else value
 
+    def _numbers(self, name: str, default: Any, count: int) -> Floats:
+        value = self.get(name, default)
+        try:
+            numbers = np.array(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            numbers = np.array(math.nan)
+        if numbers.size != count or not np.isfinite(numbers).all():
+            raise self.refused(f"{name} {value}", "a finite number" if count == 1 else f"{count} finite numbers")
+        return numbers.ravel()
+
     def number(self, name: str, default: float) -> float:
-        return float(self.get(name, default))
+        return float(self._numbers(name, default, 1)[0])
 
     def colour(self, name: str, default: Vec3) -> Vec3:
-        r, g, b = self.get(name, default)
-        return float(r), float(g), float(b)
+        r, g, b = self._numbers(name, default, 3).tolist()
+        return r, g, b
 
     def connected(self, name: str) -> bool:
         """Whether something else gives an attribute its value."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,6 +21,8 @@ from .prims import Notes, Prim
 from .shapes import SHAPES, ellipsoid_of, triangles_of
 from .surfaces import material_of
 
+_WITHIN = re.compile(r"Error in '[^']*' at line \d+ in file \S+ : '(.+?) ?'(?= Error in|$)")
+"""An error, without where in usd-core's own sources it was raised; what follows from it comes after."""
 SHADING = ("Material", "Shader", "NodeGraph", "GeomSubset")
 PASSED = ("", "Xform", "Scope", "Camera", "RenderSettings", "RenderProduct", "RenderVar", *SHADING)
 """Prims that are no surface and no light."""
@@ -69,13 +72,32 @@ class _Read:
         if faces.size:
             self.meshes.append((Mesh(vertices, faces, material), both))
 
+    def _settings(self) -> Prim | None:
+        """Those that the stage names, else the first."""
+        named = self.settings[0].usd.GetStage().GetMetadata("renderSettingsPrimPath") if self.settings else ""
+        for settings in self.settings:
+            if str(settings.usd.GetPath()) == named:
+                return settings
+        return next(iter(self.settings), None)
+
+    def _camera(self, settings: Prim | None) -> Prim:
+        """The one that the settings name, else the first."""
+        names = list(settings.usd.GetRelationship("camera").GetForwardedTargets()) if settings else []
+        for camera in self.cameras:
+            if not names or camera.usd.GetPath() in names:
+                return camera
+        raise (settings or self.cameras[0]).refused(f"camera {names[0]}", "the path of a Camera that is shown")
+
     def scene(self, name: str) -> Scene:
         """All of it."""
         if not self.cameras:
             raise InputError("camera", "none", "one UsdGeomCamera", self.file)
-        camera, width, height = camera_of(self.cameras[0], next(iter(self.settings), None), self.notes)
-        for other in self.cameras[1:]:
-            self.notes.say(other, "is left out: the first camera is used")
+        settings = self._settings()
+        chosen = self._camera(settings)
+        camera, width, height = camera_of(chosen, settings, self.notes)
+        for other in self.cameras:
+            if other is not chosen:
+                self.notes.say(other, f"is left out: {chosen.usd.GetPath()} is the camera")
         scene = Scene(
             width=width,
             height=height,
@@ -115,7 +137,9 @@ def _scene_of(stage: Any, path: Path, as_diffuse: bool) -> Scene:
 def _line(problem: object) -> str:
     """usd-core's words, which may quote a damaged file."""
     try:
-        return " ".join(str(problem).split())[:200]
+        words = " ".join(str(problem).split())
+        first = _WITHIN.search(words)
+        return (first[1] if first else words)[:200]
     except UnicodeDecodeError:
         return "UTF-8"
 

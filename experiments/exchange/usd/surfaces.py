@@ -7,7 +7,7 @@ from typing import Any
 from nusselt.renderer.surfaces import Material
 from nusselt.renderer.validation import Vec3
 
-from .library import UsdShade
+from .library import Usd, UsdGeom, UsdShade
 from .prims import Notes, Prim
 
 GREY = (0.18, 0.18, 0.18)
@@ -57,11 +57,19 @@ def _without_gloss(shader: Prim) -> bool:
 
 
 def _displayed(prim: Prim, notes: Notes) -> Vec3:
-    colours: Any = prim.get("primvars:displayColor")
-    if colours is None or len(colours) == 0:
+    api = UsdGeom.PrimvarsAPI(prim.usd)
+    opacity, colours = (_values(api, name) for name in ("displayOpacity", "displayColor"))
+    if any(value != 1 for value in opacity):
+        notes.say(prim, "displayOpacity is left out")
+    if not colours:
         notes.say(prim, "without a material: 0.18 grey")
         return GREY
     if len({tuple(colour) for colour in colours}) > 1:
         raise prim.refused("displayColor that varies", "one colour")
     r, g, b = colours[0]
     return float(r), float(g), float(b)
+
+
+def _values(api: Any, name: str) -> list[Any]:
+    """Of a primvar, which what is above a prim may say, and which may go by indices."""
+    return list(api.FindPrimvarWithInheritance(name).ComputeFlattened(Usd.TimeCode.EarliestTime()) or ())

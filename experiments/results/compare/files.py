@@ -104,9 +104,11 @@ WRITERS = {"json": as_json, "junit": junit, "summary": markdown}
 """By the option that asks for it."""
 
 
-def write(found: Comparison | History, options: dict[str, Path | None]) -> None:
-    """Write those that ``options`` names a file for."""
+def write(found: Comparison | History, options: dict[str, Path | str | None]) -> None:
+    """Write those that ``options`` names a file for; "-" is standard output."""
     for name, path in options.items():
-        if path is not None:
-            with replacing(path) as beside:
+        if path == "-":
+            print(WRITERS[name](found), end="")
+        elif path is not None:
+            with replacing(Path(path)) as beside:
                 beside.write_text(WRITERS[name](found), encoding="utf-8", newline="")

@@ -61,8 +61,9 @@ def side_objections(side: Side) -> list[tuple[Bools, str]]:
     if side.grain is None:  # no bound of what a sample may bring: only what was seen can speak
         thin = resting_on(side.grey_variance) < FEWEST
         heavy = f"the passes of {side.name} are heavy-tailed or skewed: larger passes would decide"
+        little = f"the noise of {side.name} rests on fewer than {FEWEST} pixels"
         objections += [
-            (thin, f"the noise of {side.name} rests on fewer than {FEWEST} pixels: more samples would decide"),
+            (thin, f"{little}: a larger image or more samples would decide"),
             (is_heavy(side.passes), heavy),
         ]
     return [(side.is_random & rows, sentence) for rows, sentence in objections]

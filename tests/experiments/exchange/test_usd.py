@@ -218,6 +218,11 @@ REFUSED = {
     "temperature": (light("RectLight", "bool inputs:enableColorTemperature = 1"), "enableColorTemperature", "/L"),
     "diffuse": (light("RectLight", "float inputs:diffuse = 0.5"), "inputs:diffuse 0.5", "/L"),
     "shadows": (light("RectLight", "bool inputs:shadow:enable = 0", api="ShadowAPI"), "shadow", "/L"),
+    "type": (light("RectLight", 'string inputs:intensity = "x"'), "a finite number", "/L"),
+    "colour": (light("RectLight", "color3f inputs:color = (nan, 1, 1)"), "3 finite numbers", "/L"),
+    "exposure": (light("RectLight", "float inputs:exposure = 3000"), "inputs:exposure 3000", "/L"),
+    "old": (light("RectLight", "float intensity = 5"), "inputs:intensity, as USD has it since 21.02", "/L"),
+    "camera": ('def RenderSettings "A" {\nrel camera = </Gone>\n}\n', "camera /Gone", "/A"),
     "curves": ('def BasisCurves "B" {\n}\n', "BasisCurves", "/B"),
     "glow": (f'def Mesh "M" (prepend apiSchemas = ["MeshLightAPI"]) {{\n{MESH}}}\n', "materialGlowTintsLight", "/M"),
     "ellipse": (light("DiskLight", MIRROR.replace("-1, 1", "2, 1")), "ellipse", "/L"),
@@ -231,20 +236,43 @@ REFUSED = {
 }
 
 
+@needs_usd
+def test_a_colour_may_be_said_above_a_mesh_and_by_index(tmp_path):
+    above = 'color3f[] primvars:displayColor = [(0.5, 0.25, 0)] (interpolation = "constant")\n'
+    made = read(tmp_path, f'def Xform "X" {{\n{above}def Mesh "M" {{\n{MESH}}}\n}}\n')
+    assert made.meshes[0].material.diffuse == (0.5, 0.25, 0)
+    indexed = "color3f[] primvars:displayColor = [(1, 1, 1), (0, 0, 0.5)]\nint[] primvars:displayColor:indices = [1]\n"
+    made = read(tmp_path, f'def Mesh "M" {{\n{MESH}{indexed}float[] primvars:displayOpacity = [0.5]\n}}\n')
+    assert made.meshes[0].material.diffuse == (0, 0, 0.5)
+    assert any("displayOpacity is left out" in note for note in made.warnings)
+
+
+@needs_usd
+def test_the_camera_is_that_of_the_settings_and_these_those_of_the_stage(tmp_path):
+    other = CAMERA.replace("Eye", "Other").replace("(0, 0, 5)", "(0, 0, 9)")
+    chosen = 'def RenderSettings "Chosen" {\nuniform int2 resolution = (8, 6)\nrel camera = </Other>\n}\n'
+    made = read(
+        tmp_path, light("RectLight"), f'(\nrenderSettingsPrimPath = "/Chosen"\n)\n{CAMERA}{other}{SETTINGS}{chosen}'
+    )
+    assert (made.camera.position, made.width) == ((0, 0, 9), 8)
+    assert any("/Eye: is left out: /Other is the camera" in note for note in made.warnings)
+
+
 @pytest.mark.parametrize("name", REFUSED)
 @needs_usd
 def test_others_are_refused_by_prim(tmp_path, name):
     text, words, place = REFUSED[name]
     with pytest.raises(InputError, match=words) as told:
-        read(tmp_path, text)
+        read(tmp_path, text, CAMERA if name == "camera" else CAMERA + SETTINGS)
     assert str(told.value).startswith(f"{tmp_path}/a.usda:{place}")
 
 
 @needs_usd
 def test_what_is_no_stage_is_refused(tmp_path):
     (tmp_path / "a.usda").write_text("#usda 1.0\ndef Xform {")
-    with pytest.raises(InputError, match="what usd-core opens"):
+    with pytest.raises(InputError, match=r"what usd-core opens: \S*a\.usda:\d+:\d+: ") as told:
         read_usd(tmp_path / "a.usda")
+    assert "Error in" not in str(told.value)
     (tmp_path / "a.usda").write_bytes(b'#usda 1.0\ndef Xform "\x8d" {\n}\n')
     with pytest.raises(InputError, match="what usd-core opens"):
         read_usd(tmp_path / "a.usda")

@@ -97,7 +97,7 @@ def test_the_command_and_the_call_say_the_same(tmp_path):
         main, ["metamorphic", "cornell", "--width", "32", "--relation", "turned", "--json", str(tmp_path / "r.json")]
     )
     assert told.exit_code == 0, told.output
-    assert "1 relation: 1 agrees" in told.output
+    assert "1 relation: 1 agrees, 0 differ, 0 are undecided" in told.output
     (row,) = nusselt.metamorphic("cornell", width=32, only=("turned",))
     assert row["verdict"] == "agrees"
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+import pytest
 from builders import box, floor, lamp, scene
 
 from nusselt.experiments.external.program import ProgramFailed
@@ -13,6 +14,7 @@ from nusselt.experiments.metamorphic.ask import Asking
 from nusselt.experiments.reduce.ddmin import ddmin
 from nusselt.experiments.reduce.failure import BESIDE, CRASHES, manner_of
 from nusselt.experiments.reduce.reduce import Trials, reduced, told
+from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
 from nusselt.renderer.scene_text import parse_scene
@@ -56,7 +58,7 @@ def test_the_fewest_parts_that_fail_are_found():
 
 
 def _small(renderer, manner, kept=None, until=math.inf):
-    failure = manner_of(MANY, renderer, ASKING, (manner,))
+    failure, _ = manner_of(MANY, renderer, ASKING, (manner,))
     assert failure is not None
     trials = Trials(failure, until, kept)
     return reduced(MANY, trials), trials, failure
@@ -86,4 +88,21 @@ def test_a_wrong_image_is_shrunk_and_a_run_cut_short_goes_on(tmp_path):
 
 
 def test_a_right_renderer_has_nothing_to_shrink():
-    assert manner_of(MANY.with_(ellipsoids=()), Renderer(crashes=True), ASKING, (CRASHES, BESIDE)) is None
+    right, ways = Renderer(crashes=True), (CRASHES, BESIDE)
+    assert manner_of(MANY.with_(ellipsoids=()), right, ASKING, ways)[0] is None
+
+
+def test_what_noise_hides_or_no_time_was_left_for_is_undecided_and_not_right():
+    noisy = MANY.with_(ellipsoids=(), light_samples=1, stratify=False, width=6, height=4)
+    assert manner_of(noisy, Renderer(crashes=True), ASKING, (CRASHES, BESIDE)) == (None, [BESIDE])
+    late = manner_of(MANY, Renderer(crashes=True), ASKING, (CRASHES, BESIDE), -math.inf)
+    assert late == (None, [CRASHES, BESIDE])
+
+
+@pytest.mark.parametrize("content", ["{", "[]", '{"rows": []}'])
+def test_another_file_where_answers_are_kept_is_not_lost(tmp_path, content):
+    kept = tmp_path / "small.json"
+    kept.write_text(content)
+    with pytest.raises(InputError, match="another file there would be lost"):
+        _small(Renderer(crashes=True), CRASHES, kept)
+    assert kept.read_text() == content

@@ -128,7 +128,9 @@ def test_the_recipe_leaves_verdicts_changes_and_a_report(tmp_path):
     left = {path.name for path in (tmp_path / "second").iterdir()}
     assert {"report.html", "verdicts.xml", "changes.xml", "changes.json"} <= left
     assert "bias" in summary.read_text()
-    assert judge(tmp_path, 1.0, 0, RENDERER="no-such-program {output}") == 2
+    again = {"OUT": "second", "BASELINE": "first/results.json", "RENDERER": "no-such-program {output}"}
+    assert judge(tmp_path, 1.0, 0, **again) == 2  # what the run before left there is not compared
+    assert not (tmp_path / "second" / "results.json").exists()
 
 
 def test_the_action_runs_the_recipe_with_what_it_is_given():

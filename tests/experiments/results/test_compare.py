@@ -205,6 +205,9 @@ def test_the_command_says_it_all_and_ends_as_it_should(tmp_path, monkeypatch):
     assert run("compare", old, old)[0] == 0
     status, said, _ = run("compare", old, new)
     assert status == 1
+    status, content, error = run("compare", old, new, "--json", "-")
+    assert (status, error) == (1, said)
+    assert json.loads(content)["status"] == 1
     (line,) = (line for line in said.splitlines() if line.startswith("quad-random"))
     told = re.search(r"variance \+([\d.]+) % \[([\d.]+), ([\d.]+)\], worse; mean square error \+", line)
     assert told
