@@ -25,8 +25,10 @@ PIXELS = 1 << 16
 
 
 @lru_cache(maxsize=8)
-def sample_ceilings(scene: Scene) -> Floats:
-    """The largest radiance, channels averaged, that one sample of each light's area can bring to each pixel.
+def sample_ceilings(scene: Scene, solid: bool = False) -> Floats:
+    """The largest radiance, channels averaged, that one sample of each light can bring to each pixel.
+
+    Of its area, or, where ``solid``, of its solid angle.
 
     Found on a grid over the light, its border included, refined about its brightest point, and doubled: a lobe narrower
     than a quarter of the light is missed. Where a pixel is its box, a sample may also meet what its neighbours show.
@@ -48,7 +50,7 @@ def sample_ceilings(scene: Scene) -> Floats:
         out[0, these] = view.emission.mean(axis=0).reshape(-1, columns.size)
         for source in needs.sources:
             if source.has_extent and view.lit.size:
-                out[1 + source.index, these] = _brightest(view, source).reshape(-1, columns.size)
+                out[1 + source.index, these] = _brightest(view, source, solid).reshape(-1, columns.size)
     if scene.spp > 1:
         out = np.maximum(out, out[:1])
     if step > 1 or scene.spp > 1:
@@ -64,22 +66,23 @@ def grain_of_reference(ceilings: Floats, reference: Reference) -> Floats:
     return np.asarray((ceilings / np.reshape(samples, (-1, 1, 1))).max(axis=0, initial=0.0))
 
 
-def _brightest(view: View, source: Source) -> Floats:
+def _brightest(view: View, source: Source, solid: bool) -> Floats:
     """Of the pixels of a view, (n,): twice the brightest light point, nothing in its way."""
     nodes = AROUND if source.light.surrounds else NODES
     u, v = (grid.reshape(1, -1) for grid in np.meshgrid(nodes, nodes))
-    first = _alone(view, source, u, v)
+    first = _alone(view, source, solid, u, v)
     best = first.argmax(axis=1)
     near = [np.clip(node[0, best][:, None] + (node - 0.5) / (nodes.size - 1), 0, 1) for node in (u, v)]
     out = np.zeros(view.background.size)
-    out[view.lit] = 2 * np.maximum(first.max(axis=1), _alone(view, source, *near).max(axis=1))
+    out[view.lit] = 2 * np.maximum(first.max(axis=1), _alone(view, source, solid, *near).max(axis=1))
     return out
 
 
-def _alone(view: View, source: Source, u: Floats, v: Floats) -> Floats:
+def _alone(view: View, source: Source, solid: bool, u: Floats, v: Floats) -> Floats:
     """Radiance (n, k) that single samples at places of the light bring."""
     points, k = view.points, u.shape[1]
-    d, weight = source.light.beams(points.position, u, v)
+    beams = source.light.solid_beams if solid else source.light.beams
+    d, weight = beams(points.position, u, v)
     each = points.take(np.repeat(np.arange(points.count), k))
     radiance = reflect(each, d.reshape(3, -1, 1), (weight * k).reshape(-1, 1), source.glossy) * colour(source.light)
     return np.asarray(radiance.mean(axis=0).reshape(points.count, k))

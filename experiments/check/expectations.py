@@ -17,7 +17,7 @@ from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable
 from nusselt.mitsuba_bridge.variance import Setting, measure_spread
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.estimators import ESTIMATORS, Area, Estimator
+from nusselt.renderer.estimators import ESTIMATORS, Area, Estimator, SolidAngle
 from nusselt.renderer.image import render
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
@@ -134,10 +134,11 @@ def with_grains(
     if type(estimator) not in ESTIMATORS:
         return expectations
     ceilings = sample_ceilings(appearance(scene))
+    own = sample_ceilings(appearance(scene), solid=True) if isinstance(estimator, SolidAngle) else ceilings
     ours = (scene.spp if scene.spp > 1 else estimator.samples) * passes
     return replace(
         expectations,
         # Points in common meet many pixels at once: how much their passes differ tells their noise.
-        grain=None if estimator.shares_points else ceilings.max(axis=0, initial=0.0) / ours,
+        grain=None if estimator.shares_points else own.max(axis=0, initial=0.0) / ours,
         reference_grain=grain_of_reference(ceilings, reference),
     )

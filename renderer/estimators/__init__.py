@@ -13,6 +13,7 @@ from .common_points import CommonPoints, CommonPointsFixed
 from .control_variate import ControlVariate
 from .exact import Exact
 from .protocol import Claim, Estimator
+from .solid_angle import SolidAngle
 from .visibility_analytic import VisibilityAnalytic
 from .visibility_centre import VisibilityCentre
 
@@ -20,6 +21,7 @@ ESTIMATORS: tuple[type[Estimator], ...] = (
     Analytic,
     Area,
     AreaLattice,
+    SolidAngle,
     VisibilityCentre,
     VisibilityAnalytic,
     ControlVariate,
@@ -39,6 +41,7 @@ __all__ = [
     "ControlVariate",
     "Estimator",
     "Exact",
+    "SolidAngle",
     "VisibilityAnalytic",
     "VisibilityCentre",
     "estimator_named",

@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.lights import colour
+from nusselt.renderer.lights import Light, colour
 from nusselt.renderer.lights.sampling import random_beams
 from nusselt.renderer.needs import Needs, Source
 from nusselt.renderer.shading import ShadingPoints, reflect
@@ -53,9 +53,13 @@ class Area:
             out[:, some] = self._block(points.take(some), source, rng, samples)
         return out * colour(source.light)
 
+    def _draw(self, light: Light, points: Floats, rng: np.random.Generator, samples: int) -> tuple[Floats, Floats]:
+        """Random beams (see `Light.beams`) from points (3, n)."""
+        return random_beams(light, points, rng, samples, self.stratified)
+
     def _block(self, points: ShadingPoints, source: Source, rng: np.random.Generator, samples: int) -> Floats:
         light = source.light
-        d, weight = random_beams(light, points.position, rng, samples, self.stratified)
+        d, weight = self._draw(light, points.position, rng, samples)
         if not source.blockers.none:
             reaches = (weight > 0) & (dot(points.normal[:, :, None], d) > 0)
             lit = np.flatnonzero(reaches.any(axis=1))  # the others have nothing to lose to a shadow

@@ -19,7 +19,7 @@ Share = Callable[[type[Lobe], Ints], tuple[Floats, Floats]]
 def lobe_sum(points: ShadingPoints, reached: Bools, glossy: bool, share: Share) -> tuple[Floats, Floats]:
     """Reflected radiance (3, n) of the points that are ``reached`` (n,), and a bound (n,) of its relative error.
 
-    What is below 1e-280 is nothing.
+    What is below 1e-280 is nothing; where all of a value has cancelled, its bound is 1.
     """
     out, error = np.zeros_like(points.position), np.zeros_like(points.position)
     for lobe in points.reflecting(glossy):
@@ -29,7 +29,8 @@ def lobe_sum(points: ShadingPoints, reached: Bools, glossy: bool, share: Share) 
             value, bound = share(lobe, k)
             out[:, k] += albedo[:, k] * value
             error[:, k] += albedo[:, k] * bound
-    return out, np.divide(error, out, out=np.zeros_like(out), where=out > 1e-280).max(axis=0)
+    lost = np.where(error > 1e-280, 1.0, 0.0)
+    return out, np.divide(error, out, out=lost, where=out > 1e-280).max(axis=0)
 
 
 def contour_of(lobe: type[Lobe], kind: str) -> Contour:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from typing import ClassVar
 
 import numpy as np
@@ -20,7 +20,7 @@ CLOSED = 1e-12
 """Bound of a product of few factors, relative to its value; t^s adds its own."""
 
 
-class OneBeam(Plain, ABC):
+class OneBeam(Plain):
     """The answers to `Light` that such kinds share; a kind adds its colour, its place and its beam."""
 
     has_extent: ClassVar[bool] = False

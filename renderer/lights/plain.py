@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import ClassVar, Self
 
 import numpy as np
@@ -9,8 +10,8 @@ import numpy as np
 from nusselt.renderer.vectors import Bools, Floats
 
 
-class Plain:
-    """No parallelogram, nor part of one, and of no rim.
+class Plain(ABC):
+    """No parallelogram, nor part of one, of no rim, and with one way to sample it.
 
     Where such a light ends, something stands before it, or it sinks below a plane.
     """
@@ -20,6 +21,12 @@ class Plain:
     @property
     def hides_itself(self) -> bool:
         return False
+
+    @abstractmethod
+    def beams(self, points: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]: ...
+
+    def solid_beams(self, points: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]:
+        return self.beams(points, u, v)
 
     def parallelogram(self) -> None:
         return None

@@ -66,6 +66,9 @@ class Light(Protocol):
             Times the colour: radiance times solid angle, divided by k; 0 where the light turns its back. Writable.
         """
 
+    def solid_beams(self, points: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]:
+        """The same of density one over the solid angle that a point sees, for kinds that can; else `beams`."""
+
     def worth(self, points: Floats, d: Floats) -> Floats:
         """What single beams along d (3, n, k) from points (3, n) are worth, (n, k): the weight of `beams` for k = 1."""
 

@@ -19,6 +19,7 @@ from .body import Body, Plane
 from .facing import faced_by, solid_angle
 from .plain import Plain
 from .quad_patch import quad_patch
+from .spherical_fan import Outline, fan_beams
 from .text import Text
 
 
@@ -85,6 +86,9 @@ class QuadLight(Plain):
         d = (corner - points)[:, :, None] + ab[:, :, None] * u + ac[:, :, None] * v
         faced = faced_by(corner, ab, ac, points)[:, None]
         return d, self.worth(points, d) * (faced / u.shape[1])
+
+    def solid_beams(self, points: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]:
+        return fan_beams(Outline(*self.columns, four=True), points, u, v, self.beams(points, u, v))
 
     def worth(self, points: Floats, d: Floats) -> Floats:
         return solid_angle(cross(column(self.ab), column(self.ac)), d)

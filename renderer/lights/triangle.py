@@ -21,6 +21,7 @@ from .facing import faced_by, solid_angle
 from .plain import Plain
 from .polygon_patch import polygon_patch
 from .quad import QuadLight
+from .spherical_fan import Outline, fan_beams
 from .text import Text
 
 
@@ -92,6 +93,9 @@ class TriangleLight(Plain):
         d = (a - points)[:, :, None] + ab[:, :, None] * (1 - way) + ac[:, :, None] * (way * v)
         faced = faced_by(a, ac, ab, points)[:, None]
         return d, self.worth(points, d) * (faced / u.shape[1])
+
+    def solid_beams(self, points: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]:
+        return fan_beams(Outline(*self.columns, four=False), points, u, v, self.beams(points, u, v))
 
     def worth(self, points: Floats, d: Floats) -> Floats:
         _, ac, ab = self.columns

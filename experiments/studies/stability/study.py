@@ -10,6 +10,7 @@ from nusselt.experiments.studies.stability.cases import OWN, Case, read_cases
 from nusselt.experiments.studies.stability.closed_forms import case_rows
 from nusselt.experiments.studies.stability.figures import error_figures
 from nusselt.experiments.studies.stability.images import twin_row
+from nusselt.experiments.studies.stability.lights import LightCase, light_rows, read_lights
 from nusselt.experiments.studies.stability.twins import Twin, twins
 
 
@@ -21,6 +22,11 @@ def cases_job(cases: Sequence[Case], seed: int, ask: bool) -> Outcome:
 def twin_job(twin: Twin, seed: int, ask: bool) -> Outcome:
     """The row of one twin."""
     return _claimed(twin_row(twin, seed, ask))
+
+
+def lights_job(cases: Sequence[LightCase]) -> Outcome:
+    """Rows of all kinds of lights."""
+    return _claimed(light_rows(cases))
 
 
 def _claimed(outcome: Outcome) -> Outcome:
@@ -44,7 +50,7 @@ def jobs(settings: Settings) -> list[Job]:
         Job(twin_job, {"twin": twin, "seed": settings.seed_of(twin.name), "ask": ask}, alone=twin.ask)
         for twin in twins()[::every]
     ]
-    return [Job(cases_job, own, alone=True), *images]
+    return [Job(cases_job, own, alone=True), Job(lights_job, {"cases": read_lights()[::every]}), *images]
 
 
 STABILITY = Experiment(

@@ -85,7 +85,9 @@ def _moments(arcs: CircleArcs, cosine: Floats, half: Floats) -> tuple[tuple[Floa
 
     (one, d_one), (two, d_two) = swing(arcs.first), swing(arcs.last)
     change, doubt = two - one, d_one + d_two
-    beginning = a + b * np.cos(arcs.first)
+    nearest = (k1 - rho) ** 2 + k3 * k3  # a - |b|: beside the rim the two cancel
+    turned = np.where(b > 0, np.cos(arcs.first / 2), np.sin(arcs.first / 2))
+    beginning = nearest + 2 * np.abs(b) * turned**2
     z = cosine / beginning
     y = np.maximum(b * z, -1 + 1e-16)
     j0 = (turn - 2 * kappa * change) / s
