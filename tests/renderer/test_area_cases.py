@@ -234,7 +234,8 @@ def test_shadows_at_two_sides_of_a_contact_are_refined_until_they_are_told_apart
     Pixel (12, 8) by 2 x 96 x 96 jittered rays, whose halves agree to 4e-4.
     """
     view = touching_boxes()
-    found = render_area(view, Exact(), tolerance=1e-2)
-    np.testing.assert_allclose(found.image.mean[:, 8, 12], (7.0911e-3, 7.0077e-3, 2.6696e-3), rtol=1e-2)
     truth = brute(view, 610)
-    assert ((found.image.mean - truth) ** 2).sum() < found.error**2 * (truth**2).sum()
+    for tolerance in (1e-2, 5e-3):  # at the first the pixel may be 3 % off: half of what the image may be
+        found = render_area(view, Exact(), tolerance=tolerance)
+        assert ((found.image.mean - truth) ** 2).sum() < found.error**2 * (truth**2).sum()
+    np.testing.assert_allclose(found.image.mean[:, 8, 12], (7.0911e-3, 7.0077e-3, 2.6696e-3), rtol=1e-2)

@@ -8,7 +8,6 @@ from builders import box, floor, scene
 from mpmath import mp, mpf
 from test_lights import shading_points_of
 
-from nusselt.experiments.search.motions import Motion, carried
 from nusselt.experiments.search.referees import ask
 from nusselt.experiments.search.sensitivity import scale_of
 from nusselt.mitsuba_bridge.limits import coarse_lights
@@ -154,5 +153,3 @@ def test_those_who_know_points_alone_do_not_take_one_for_a_point(light):
         scale_of(points, light)
     with pytest.raises(TypeError, match=light.kind):
         ask("area", made, build_geometry(made), points, 4, np.random.default_rng(0))
-    with pytest.raises(TypeError, match=type(light).__name__):
-        carried(made, Motion.still())
