@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass
+from pathlib import Path
 
 import click
 
@@ -33,6 +35,12 @@ class Made:
         if self.estimator is not None:
             raise InputError("estimator", self.estimator, "an estimator of ours or a renderer, not both")
         return renderer_source(self.renderer, self.image_type, self.run_timeout, self.new_kinds, self.exact)
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """That its command names: the program, a script."""
+        words = map(Path, shlex.split(self.renderer or ""))
+        return tuple(word for word in words if word.is_file())
 
     def scene(self, scene: Scene) -> Scene:
         return sized(scene, self.width, self.samples)

@@ -53,7 +53,8 @@ def command(
 ) -> None:
     """Shrink a SCENE on which a renderer fails: no image, another than ours, or a broken relation.
 
-    What was tried is kept beside the output: the same command goes on where it was cut short.
+    What was tried is kept beside the output: the same command goes on where it was cut short, unless a file that it
+    names has changed.
 
     \b
     nusselt reduce big.test --renderer "./mine {scene} {output}" -o small.test
@@ -66,7 +67,7 @@ def command(
         click.echo(f"{whole.name}: nothing fails{rest}", err=True)
         sys.exit(EXIT["undecided" if unknown else "as claimed"])
     with progress_bar(failure.manner) as report:
-        trials = Trials(failure, until, output.with_suffix(".json"), report)
+        trials = Trials(failure, until, output.with_suffix(".json"), report, files=made.files)
         small = reduced(whole, trials)
     with replacing(output) as beside:
         beside.write_text(told(small, failure, _again(context, failure, output)), encoding="utf-8")

@@ -30,6 +30,8 @@ class Trials:
         Of `time.monotonic`: then nothing fails any more, and what is left is the answer.
     kept : Path, optional
         A file of answers.
+    files : tuple of Path
+        That the renderer is made of: where one has changed since, its answers are not those that were kept.
     """
 
     failure: Failure
@@ -38,6 +40,7 @@ class Trials:
     progress: Progress | None = None
     known: dict[str, bool] = field(default_factory=dict)
     asked: int = 0
+    files: tuple[Path, ...] = ()
 
     def __post_init__(self) -> None:
         if self.kept is not None and self.kept.exists():
@@ -52,7 +55,8 @@ class Trials:
     @property
     def question(self) -> str:
         """What answers are to."""
-        return repr((self.failure.manner, self.failure.source, self.failure.asking))
+        stamps = [(str(file), file.stat().st_size, file.stat().st_mtime_ns) for file in self.files]
+        return repr((self.failure.manner, self.failure.source, self.failure.asking, stamps))
 
     @property
     def out_of_time(self) -> bool:

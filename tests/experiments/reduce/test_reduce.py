@@ -87,6 +87,17 @@ def test_a_wrong_image_is_shrunk_and_a_run_cut_short_goes_on(tmp_path):
     assert len(again.made) == ASKING.runs  # of the whole scene, to see that it fails
 
 
+def test_answers_of_a_program_that_was_changed_are_asked_again(tmp_path):
+    program = tmp_path / "mine.py"
+    program.write_text("first")
+    failure, _ = manner_of(MANY, Renderer(crashes=True), ASKING, (CRASHES,))
+    first = Trials(failure, math.inf, tmp_path / "small.json", files=(program,))
+    assert first.fails(MANY)
+    assert Trials(failure, math.inf, tmp_path / "small.json", files=(program,)).known
+    program.write_text("mended")
+    assert not Trials(failure, math.inf, tmp_path / "small.json", files=(program,)).known
+
+
 def test_a_right_renderer_has_nothing_to_shrink():
     right, ways = Renderer(crashes=True), (CRASHES, BESIDE)
     assert manner_of(MANY.with_(ellipsoids=()), right, ASKING, ways)[0] is None
