@@ -68,7 +68,8 @@ def test_the_projects_own_cases_hold_their_bounds(kind):
     assert max(row["relative_error"] for row in double) < 1e-10
 
 
-def test_a_file_is_run_alone_and_written(tmp_path):
+def test_a_file_is_run_alone_and_written(tmp_path, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "140")
     target = tmp_path / "out" / "rows.json"
     status, said, _ = run("stability", written(tmp_path, CASE), "--quick", "--json", target, "--out", tmp_path / "out")
     rows = json.loads(target.read_text())["rows"]
