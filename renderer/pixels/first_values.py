@@ -94,22 +94,8 @@ def first_values(
     # What others tell nothing of tells nothing of its neighbours.
     image = means(found.value, np.where(alone, EDGE, region) if alone.any() else region)
     pixel, part = np.flatnonzero((region != EDGE) & (found.bound == 0)), np.flatnonzero(found.piece_bound == 0)
-    whole = np.arange(pixel.size + part.size) < pixel.size
-    rest = pieces.take(part)
-    items = Items(
-        pixel=np.concatenate((pixel, rest.cell)),
-        region=np.concatenate((region.ravel()[pixel], rest.region)),
-        area=np.concatenate((np.ones(pixel.size), rest.area)),
-        x=np.concatenate((pixel % width + 0.5, rest.x)),
-        y=np.concatenate((pixel // width + 0.5, rest.y)),
-        covariance=np.hstack((np.zeros((3, pixel.size)), rest.covariance)),
-        value=np.hstack((image.reshape(3, -1)[:, pixel], found.piece[:, part])),
-        estimate=np.zeros(whole.size),
-        level=np.zeros(whole.size, dtype=np.int64),
-        whole=whole,
-        dark=np.zeros(whole.size, dtype=bool),
-        lost=np.zeros(whole.size),
-    )
+    value = np.hstack((image.reshape(3, -1)[:, pixel], found.piece[:, part]))
+    items = Items.of(pixel, region.ravel()[pixel], pieces.take(part), value, width)
     unsure = np.concatenate((alone.ravel()[pixel], own[part]))
     _estimate(items, regions, needs, known, unsure, np.concatenate((np.zeros(pixel.size, dtype=bool), rough[part])))
     image[:, region == EDGE] = 0

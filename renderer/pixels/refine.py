@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from nusselt.renderer.vectors import Floats, Ints
 
 from .edge_fragments import Bits, cut_at_grid
-from .moments import Edges, pieces_of
+from .moments import Edges, Pieces, pieces_of
 from .regions import Regions
 from .shade import Shader
 
@@ -104,6 +104,25 @@ class Items:
     whole: NDArray[np.bool_]
     dark: NDArray[np.bool_]
     lost: Floats
+
+    @classmethod
+    def of(cls, pixel: Ints, region: Ints, pieces: Pieces, value: Floats, width: int) -> Items:
+        """Whole pixels (k,) and their regions, then pieces (m,), with values (3, k + m): nothing is estimated yet."""
+        whole = np.arange(pixel.size + pieces.cell.size) < pixel.size
+        return cls(
+            pixel=np.append(pixel, pieces.cell),
+            region=np.append(region, pieces.region),
+            area=np.append(np.ones(pixel.size), pieces.area),
+            x=np.append(pixel % width + 0.5, pieces.x),
+            y=np.append(pixel // width + 0.5, pieces.y),
+            covariance=np.hstack((np.zeros((3, pixel.size)), pieces.covariance)),
+            value=value,
+            estimate=np.zeros(whole.size),
+            level=np.zeros(whole.size, dtype=np.int64),
+            whole=whole,
+            dark=np.zeros(whole.size, dtype=bool),
+            lost=np.zeros(whole.size),
+        )
 
     @classmethod
     def joined(cls, *parts: Items) -> Items:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -89,9 +89,9 @@ class SmallFaces:
 
     def items(self, regions: Regions, needs: Needs, shade: Shader, asked: tuple[float, float]) -> Items:
         """With what `fit_shadows` finds of them; ``asked`` are its tolerance and others."""
-        width, whole = regions.lens.width, np.arange(self.doubt.size) < self.pixel.size
-        x, y = np.append(self.pixel % width + 0.5, self.pieces.x), np.append(self.pixel // width + 0.5, self.pieces.y)
-        region, area = np.append(self.region, self.pieces.region), np.append(np.ones(self.pixel.size), self.pieces.area)
+        nothing = np.zeros((3, self.doubt.size))
+        items = Items.of(self.pixel, self.region, self.pieces, nothing, regions.lens.width)
+        x, y, region, area = items.x, items.y, items.region, items.area
         free = unshadowed(regions, needs, x, y, region)
         most = UNSEEN * np.sqrt((free**2).sum(axis=0))
         _, face = np.unique(region, return_inverse=True)
@@ -100,17 +100,5 @@ class SmallFaces:
         places = Places.of(x, y, area, face, bodies(regions, region), free, worst[face] * most)
         fit_shadows(places, lambda k: shade(x[k], y[k], region[k]), *asked)
         lost = np.where(self.doubt, places.worth * most, 0.0)
-        return Items(
-            pixel=np.append(self.pixel, self.pieces.cell),
-            region=region,
-            area=area,
-            x=x,
-            y=y,
-            covariance=np.hstack((np.zeros((3, self.pixel.size)), self.pieces.covariance)),
-            value=places.value,
-            estimate=np.maximum(places.error / np.where(places.known, 1.0, np.sqrt(area)), lost) * area,
-            level=np.zeros(whole.size, dtype=np.int64),
-            whole=whole,
-            dark=np.zeros(whole.size, dtype=bool),
-            lost=lost * area,
-        )
+        estimate = np.maximum(places.error / np.where(places.known, 1.0, np.sqrt(area)), lost) * area
+        return replace(items, value=places.value, estimate=estimate, lost=lost * area)
