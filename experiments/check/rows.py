@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from nusselt.experiments.results.schema import COURSE, JUDGED, Row, names
+from nusselt.experiments.verdict.decision import AS_CLAIMED
 from nusselt.experiments.verdict.evidence import pixel_counts
 from nusselt.experiments.verdict.judge import Verdict
 from nusselt.mitsuba_bridge.reference import GlossyNeedsLLVM, Reference, ReferenceUnavailable
@@ -31,7 +32,7 @@ def as_claimed(claim: Claim, verdict: str, broken: bool) -> bool | None:
         return False
     if claim in ("biased", "consistent"):
         return True
-    return {"agrees": True, "differs": False, "undecided": None}[verdict]
+    return AS_CLAIMED[verdict]
 
 
 def reference_entry(reference: Reference, standard_error: float, notes: Sequence[str]) -> dict[str, Any]:

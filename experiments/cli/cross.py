@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,6 +25,7 @@ from nusselt.experiments.peers.task import Brought, Task, run_cross
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.tables import console
+from nusselt.experiments.scenes.sizes import at_width
 from nusselt.experiments.terminal.group import stop
 from nusselt.experiments.terminal.options import Output, output_options, reading_options, seed_option, together
 from nusselt.experiments.terminal.progress import progress_bar
@@ -114,7 +116,7 @@ def command(
         departures,
         timeout,
     )
-    scenes = [_sized(reading.scene(name), width) for name in names]
+    scenes = [at_width(reading.scene(name), width) for name in names]
     sys.exit(_run(scenes, names if width is None else [None] * len(names), task, output))
 
 
@@ -133,16 +135,10 @@ def _peers(asked: str | None) -> tuple[Peer, ...]:
     return PEERS if asked is None else tuple(peer_of(name.strip()) for name in asked.split(",") if name.strip())
 
 
-def _sized(scene: Scene, width: int | None) -> Scene:
-    if width is None:
-        return scene
-    return scene.with_(width=width, height=max(1, round(scene.height * width / scene.width)))
-
-
 def _run(scenes: list[Scene], files: Sequence[str | None], task: Task, output: Output) -> int:
     """Cross-check every scene; returns the exit status. A program is given a scene's own file where there is one."""
     crosses: list[Cross] = []
-    told, again = console(stderr=output.target == "-"), "nusselt " + " ".join(sys.argv[1:])
+    told, again = console(stderr=output.target == "-"), shlex.join(["nusselt", *sys.argv[1:]])
     with worker_pool(None, PATIENCE) as pool:
         for scene, file in zip(scenes, files, strict=True):
             with progress_bar(scene.name) as report:

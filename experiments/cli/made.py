@@ -10,7 +10,7 @@ import click
 
 from nusselt.experiments.images.read import READERS
 from nusselt.experiments.metamorphic.sources import EstimatorSource, Source, renderer_source, sized
-from nusselt.experiments.terminal.options import said_in, together
+from nusselt.experiments.terminal.options import together
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
@@ -58,17 +58,3 @@ made_options = together(
     click.option("--width", type=click.IntRange(1, 65_536), help="Pixels across, instead of the scene's."),
     click.option("--samples", type=click.IntRange(1, 1 << 24), help="Per light, instead of the scene's."),
 )
-
-
-ELSEWHERE = ("scenes", "only", "out", "target", "csv", "junit", "summary")
-
-
-def said_words(context: click.Context, elsewhere: tuple[str, ...] = ELSEWHERE) -> list[str]:
-    """The options that were said, but for these."""
-    words: list[str] = []
-    named = {param.name: param.opts[0] for param in context.command.params}
-    for name, value in said_in(context).items():
-        if name not in elsewhere:
-            for each in value if isinstance(value, tuple) else (value,):
-                words += [named[name]] if each is True else [named[name], str(each)]
-    return words

@@ -30,7 +30,11 @@ from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.mitsuba_bridge.process import ReferenceUnavailable
 from nusselt.renderer.scene import Scene
 
-from .made import Made, made_options, said_words
+from .made import Made, made_options
+from .rerun import said_words
+
+ELSEWHERE = ("scenes", "only", "out", "target", "csv", "junit", "summary")
+"""What no row depends on, or each says for itself."""
 
 
 @click.command(name="metamorphic")
@@ -65,7 +69,7 @@ def command(
     asking = Asking(**asked)  # type: ignore[arg-type]
     source = made.source
     read = {name: made.scene(reading.scene(name)) for name in scenes}
-    words = said_words(context)
+    words = said_words(context, ELSEWHERE)
 
     def again(scene: Scene, relation: Relation) -> str:
         name = next(name for name, one in read.items() if one is scene)

@@ -22,7 +22,8 @@ from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.words import count
 
-from .made import Made, made_options, said_words
+from .made import Made, made_options
+from .rerun import said_words
 
 
 @click.command(name="reduce")

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.scenes import catalogue
+from nusselt.experiments.scenes.sizes import at_width
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
@@ -215,7 +216,4 @@ PLANTS: tuple[Plant, ...] = (
 
 def planted_scene(plant: Plant, width: int | None = None) -> Scene:
     """The scene of a plant, at its own size or at another width of the same shape."""
-    scene = plant.change(catalogue.load(plant.scene))
-    if width is None:
-        return scene
-    return scene.with_(width=width, height=round(width * scene.height / scene.width))
+    return at_width(plant.change(catalogue.load(plant.scene)), width)

@@ -14,6 +14,7 @@ from nusselt.experiments.check.sequential import LOOKS, share_of, time_of
 from nusselt.experiments.external.program import ProgramFailed
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.search.examine import stream
+from nusselt.experiments.verdict.decision import AS_CLAIMED
 from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
@@ -25,7 +26,6 @@ from .relations import RELATIONS
 from .sources import IN_COMMAND, Source
 
 EXPERIMENT = "metamorphic"
-CLAIMED = {"agrees": True, "differs": False, "undecided": None}
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ def _as_claimed(judged: Judged, source: Source, scene: Scene) -> bool | None:
     """What is claimed to be biased may differ."""
     if judged.word == "differs" and source.claim(scene) in ("biased", "consistent"):
         return True
-    return CLAIMED[judged.word]
+    return AS_CLAIMED[judged.word]
 
 
 def _head(scene: Scene, source: Source, relation: Relation, asking: Asking) -> Row:

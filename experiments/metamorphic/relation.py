@@ -76,8 +76,12 @@ class Related:
         """Whether an image of it may have noise."""
         if self.still:
             return False
-        scenes = (self.of, *(shot.scene for shot in self.shots))
-        return any(scene.spp > 1 or any(light.has_extent for light in scene.lights) for scene in scenes)
+        return any(map(may_have_noise, (self.of, *(shot.scene for shot in self.shots))))
+
+
+def may_have_noise(scene: Scene) -> bool:
+    """Whether anything in an image of it is sampled."""
+    return scene.spp > 1 or any(light.has_extent for light in scene.lights)
 
 
 Make = Callable[[Scene, np.random.Generator], Related | str]

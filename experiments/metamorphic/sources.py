@@ -12,6 +12,7 @@ from nusselt.experiments.external.function import FunctionRenderer, RenderFuncti
 from nusselt.experiments.external.program import Program, ProgramRenderer, Renderer
 from nusselt.experiments.images.formats.raw import FLOAT, HALF, Raw
 from nusselt.experiments.images.read import quantiser_of
+from nusselt.experiments.scenes.sizes import at_width
 from nusselt.mitsuba_bridge.images import mitsuba_images
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.image import render
@@ -56,10 +57,7 @@ class Source(Protocol):
 
 def sized(scene: Scene, width: int | None, samples: int | None) -> Scene:
     """With other pixels across, of the same shape, and other samples; None: its own."""
-    scene = scene.with_(light_samples=samples or scene.light_samples)
-    if width is None:
-        return scene
-    return scene.with_(width=width, height=max(1, round(scene.height * width / scene.width)))
+    return at_width(scene.with_(light_samples=samples or scene.light_samples), width)
 
 
 def _sampled(shot: Shot) -> Scene:

@@ -10,15 +10,8 @@ from rich.table import Table
 
 from nusselt.experiments.results.rows import percent, urgent_first
 from nusselt.experiments.results.schema import Row
-from nusselt.experiments.results.tables import COLOURS
+from nusselt.experiments.results.tables import COLOURS, VERBS
 from nusselt.renderer.words import count
-
-VERBS = (
-    ("agrees", "agrees", "agree"),
-    ("differs", "differs", "differ"),
-    ("undecided", "is undecided", "are undecided"),
-)
-"""Of one relation, and of more."""
 
 
 def relation_table(rows: Sequence[Row], alpha: float) -> Table:
@@ -51,5 +44,5 @@ def sentences(rows: Sequence[Row]) -> list[str]:
                 alike.setdefault(row["reason"], []).append(f"{row['scene']}, {row['method']}")
         told += [f"{word} ({why}): {'; '.join(names)}" for why, names in alike.items()]
     words = [row["verdict"] for row in rows if "verdict" in row]
-    counts = ", ".join(f"{words.count(word)} {one if words.count(word) == 1 else more}" for word, one, more in VERBS)
+    counts = ", ".join(f"{words.count(word)} {verbs[words.count(word) != 1]}" for word, verbs in VERBS.items())
     return [*told, f"{count(len(words), 'relation')}: {counts}"]

@@ -11,6 +11,7 @@ from typing import Any
 from nusselt.experiments.check.check import Progress
 from nusselt.experiments.check.question import number_within
 from nusselt.experiments.results.schema import Row
+from nusselt.experiments.verdict.decision import AS_CLAIMED
 from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.scene import Scene
 
@@ -102,7 +103,6 @@ def cross_check(
 
 def _row(cross: Cross, entrant: Entrant, question: CrossQuestion, command: str) -> Row:
     found = cross.exact[entrant.name]
-    claimed = {"agrees": True, "differs": False, "undecided": None}[found.word]
     others = {name: vars(pair) for (one, name), pair in cross.pairs.items() if one == entrant.name}
     settings: list[dict[str, Any]] = [dict(setting) for setting in entrant.about.get("settings", ())]
     return {
@@ -110,7 +110,7 @@ def _row(cross: Cross, entrant: Entrant, question: CrossQuestion, command: str) 
         "scene": cross.scene.name,
         "estimator": entrant.name,
         "verdict": found.word,
-        "as_claimed": claimed,
+        "as_claimed": AS_CLAIMED[found.word],
         "reason": found.reason,
         "bias_relative": found.bias,
         "bias_interval": list(found.interval),

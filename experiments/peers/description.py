@@ -18,7 +18,7 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats, unit
 
 HALF = 1.0
 """Half extent of a described scene, at least; less than twice as much at most."""
@@ -40,8 +40,7 @@ def describe(scene: Scene) -> dict[str, Floats]:
     InputError
         If the scene has what is no plain diffuse surface or parallelogram light.
     """
-    look, right, up = view_frame(scene)
-    unit = [(v / np.linalg.norm(v))[:, 0] for v in (look, right, up)]
+    axes = (unit(axis)[:, 0] for axis in view_frame(scene))
     corners = [np.stack(mesh.corners).transpose(2, 0, 1) for mesh in scene.meshes]
     lights = np.array([_light(light) for light in scene.lights]).reshape(-1, 3, 3)
     spheres = np.array([_sphere(ball) for ball in scene.ellipsoids]).reshape(-1, 4)
@@ -49,7 +48,7 @@ def describe(scene: Scene) -> dict[str, Floats]:
         "size": np.array([scene.width, scene.height]),
         "fov": np.array(scene.camera.fov_y),
         "position": np.array(scene.camera.position),
-        **dict(zip(("look", "right", "up"), unit, strict=True)),
+        **dict(zip(("look", "right", "up"), axes, strict=True)),
         "corners": np.concatenate([np.zeros((0, 3, 3)), *corners]),
         "thing": np.repeat(np.arange(len(corners)), [len(triangles) for triangles in corners]),
         "albedo": np.array([_albedo(mesh.material) for mesh in scene.meshes]).reshape(-1, 3),

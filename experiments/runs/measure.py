@@ -45,12 +45,6 @@ class Truth:
         return float(self.mean.mean(axis=0)[self.shaded].mean()) if self.shaded.any() else 0.0
 
 
-def small(scene: Scene, width: int) -> Scene:
-    """The scene in fewer pixels, if it has more."""
-    height = max(1, round(scene.height * width / scene.width))
-    return scene if scene.width <= width else scene.with_(width=width, height=height)
-
-
 def truth_of(scene: Scene, seed: int, samples: int = 1024, passes: int = 4) -> Truth:
     """The closed form where nothing blocks, exact shadows where they are, else a control variate's passes."""
     visibility = prepare(scene).needs.visibility

@@ -8,6 +8,7 @@ from concurrent.futures import Executor
 import numpy as np
 
 from nusselt.experiments.results.schema import Row
+from nusselt.experiments.verdict.decision import AS_CLAIMED
 from nusselt.mitsuba_bridge.sensors import SensorReference
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
@@ -15,9 +16,6 @@ from nusselt.renderer.scene import Scene
 from .judge import against_expected, against_mitsuba
 from .question import SensorQuestion
 from .readings import Progress, Readings, take
-
-AS_CLAIMED = {"agrees": True, "differs": False, "undecided": None}
-"""Of readings that claim no bias."""
 
 
 def read(

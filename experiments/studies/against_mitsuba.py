@@ -9,9 +9,9 @@ from typing import Any
 
 from nusselt.experiments.results.figures import strip
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
-from nusselt.experiments.runs.measure import small
 from nusselt.experiments.runs.verdict_job import verdict
 from nusselt.experiments.scenes.procedural import GENERATED, generated
+from nusselt.experiments.scenes.sizes import small
 from nusselt.experiments.studies.glossy import shiny
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Analytic, Area, Estimator, Exact

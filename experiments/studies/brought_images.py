@@ -16,6 +16,7 @@ from nusselt.experiments.external.ground_truth import ground_truth
 from nusselt.experiments.external.judge import External, Judging, judge_images
 from nusselt.experiments.independent.plain_scenes import PLAIN
 from nusselt.experiments.scenes import catalogue
+from nusselt.experiments.scenes.sizes import small
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.scene_text import parse_scene
@@ -33,16 +34,10 @@ def text_of(name: str) -> str:
     return PLAIN[name] if name in PLAIN or path is None else path.read_text(encoding="utf-8")
 
 
-def sized(scene: Scene, width: int) -> Scene:
-    """In fewer pixels of the same shape, if it has more: the same size that the independent renderer takes."""
-    height = max(1, round(scene.height * width / scene.width))
-    return scene if scene.width <= width else scene.with_(width=width, height=height)
-
-
 @lru_cache(maxsize=256)
 def scene_named(name: str, width: int, rule: str | None = None) -> Scene:
     """The same scene as our reader has it, by a pixel rule."""
-    scene = sized(parse_scene(text_of(name)).with_(name=name), width)
+    scene = small(parse_scene(text_of(name)).with_(name=name), width)  # the size that the independent renderer takes
     return with_pixel_rule(scene, rule)  # type: ignore[arg-type]
 
 

@@ -12,8 +12,9 @@ import numpy as np
 from nusselt.experiments.results.figures import curves
 from nusselt.experiments.results.work_precision import slope
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
-from nusselt.experiments.runs.measure import Truth, measured, small, truth_of
+from nusselt.experiments.runs.measure import Truth, measured, truth_of
 from nusselt.experiments.runs.own import Own
+from nusselt.experiments.scenes.sizes import small
 from nusselt.renderer.estimators import Area, Estimator
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene

@@ -7,7 +7,8 @@ from typing import Any
 
 from nusselt.experiments.results.figures import curves, strip
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
-from nusselt.experiments.runs.measure import SURE, measured, small, truth_of
+from nusselt.experiments.runs.measure import SURE, measured, truth_of
+from nusselt.experiments.scenes.sizes import small
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.scene import Scene
 

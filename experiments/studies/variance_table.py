@@ -25,6 +25,7 @@ from nusselt.experiments.results.work_precision import slope
 from nusselt.experiments.runs.experiment import NONE_OWN, Experiment, Job, Outcome, Settings
 from nusselt.experiments.runs.own import Own, OwnRenderer
 from nusselt.experiments.scenes.catalogue import load
+from nusselt.experiments.scenes.sizes import at_width
 from nusselt.experiments.verdict.intervals import Bias, freedom_of, pooled_bias
 from nusselt.mitsuba_bridge.reference import Reference, render_reference
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
@@ -261,12 +262,6 @@ def scene_rows(
     return rows
 
 
-def small(name: str, width: int) -> Scene:
-    """A classic scene at this width."""
-    scene = load(name)
-    return scene.with_(width=width, height=max(1, round(scene.height * width / scene.width)))
-
-
 def scene_job(scene: Scene, samples: tuple[int, ...], passes: int, seed: int, own: Own) -> Outcome:
     """All rows of a scene."""
     return Outcome(scene_rows(scene, samples, passes, seed, 600.0, own))
@@ -277,7 +272,10 @@ def jobs(settings: Settings) -> list[Job]:
     quick, tiny = (SCENES[1:3], SAMPLES[:2], WIDTH // 2, PASSES), (SCENES[:1], SAMPLES[:1], 8, 3)
     names, samples, width, passes = settings.pick((SCENES, SAMPLES, WIDTH, PASSES), quick, tiny)
     shared = {"samples": samples, "passes": passes, "seed": settings.seed, "own": settings.own}
-    return [Job(scene_job, {"scene": small(name, width), **shared}, alone=True) for name in settings.scenes or names]
+    return [
+        Job(scene_job, {"scene": at_width(load(name), width), **shared}, alone=True)
+        for name in settings.scenes or names
+    ]
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:

@@ -15,7 +15,8 @@ import numpy as np
 from nusselt.experiments.results.figures import curves
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
-from nusselt.experiments.runs.measure import measured, small, truth_of
+from nusselt.experiments.runs.measure import measured, truth_of
+from nusselt.experiments.scenes.sizes import small
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area, Claim, ControlVariate, Estimator, VisibilityAnalytic, VisibilityCentre
 from nusselt.renderer.estimators.analytic import without_shadows

@@ -9,6 +9,8 @@ from typing import Literal
 from .rule import Finding
 
 Word = Literal["agrees", "differs", "undecided"]
+AS_CLAIMED: dict[str, bool | None] = {"agrees": True, "differs": False, "undecided": None}
+"""Of what claims to be right: whether a word fits."""
 
 
 def decide(findings: Iterable[Finding], k: int = 0) -> tuple[Word, str, float | None]:

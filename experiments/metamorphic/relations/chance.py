@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from nusselt.experiments.metamorphic.relation import Images, Related, Relation, Shot
+from nusselt.experiments.metamorphic.relation import Images, Related, Relation, Shot, may_have_noise
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
@@ -20,8 +20,7 @@ def _equal(images: Images) -> tuple[Floats, Floats]:
 
 
 def _noise(scene: Scene) -> str:
-    soft = scene.spp > 1 or any(light.has_extent for light in scene.lights)
-    return "" if soft else "nothing in it is random"
+    return "" if may_have_noise(scene) else "nothing in it is random"
 
 
 def _seeds(scene: Scene, rng: np.random.Generator) -> Related | str:

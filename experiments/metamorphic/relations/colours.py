@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -12,10 +13,11 @@ from nusselt.experiments.scenes.shapes import box, sheet
 from nusselt.experiments.search.colours import recoloured
 from nusselt.experiments.search.motions import rows, turn
 from nusselt.experiments.search.twins import TWINS
+from nusselt.renderer.camera.rays import view_frame
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.scene import Camera, Scene
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats, unit
 
 REFLECTED = ("diffuse", "specular")
 WHITE = (1.0, 1.0, 1.0)
@@ -142,12 +144,8 @@ def _white_lobe(scene: Scene, rng: np.random.Generator) -> Related | str:
     shininess = max(material.shininess for material in scene.materials if max(material.specular) > 0)
     camera = replace(scene.camera, fov_y=STRAIGHT)
     at = np.array(camera.target)
-    ahead = at - np.array(camera.position)
-    right = np.cross(ahead, camera.up)
-    right = right / np.sqrt((right**2).sum())
-    up = np.cross(right, ahead)
-    up = up / np.sqrt((up**2).sum())
-    half = float(np.sqrt((ahead**2).sum())) * BODY
+    _, right, up = (unit(axis)[:, 0] for axis in view_frame(scene))
+    half = math.dist(camera.target, camera.position) * BODY
     corners = [at + half * (x * right + y * up) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     a, b, c, d = (tuple(p.tolist()) for p in corners)
     return _vanishing(scene, camera, sheet(a, b, c, d, Material((0.0, 0.0, 0.0), WHITE, shininess)))

@@ -10,8 +10,8 @@ import pytest
 from scipy import stats
 from test_calibration import image_of, reference_of
 
-from nusselt.experiments.runs.measure import small
 from nusselt.experiments.scenes.catalogue import load
+from nusselt.experiments.scenes.sizes import small
 from nusselt.experiments.verdict.decision import decide
 from nusselt.experiments.verdict.evidence import Expectations, evidence_of
 from nusselt.experiments.verdict.intervals import Bias, pooled_bias, welch
