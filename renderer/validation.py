@@ -5,9 +5,18 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from .errors import InputError
 
 Vec3: TypeAlias = tuple[float, float, float]
+
+
+def triple(values: ArrayLike) -> Vec3:
+    """Three numbers of an array, plain."""
+    x, y, z = np.asarray(values, dtype=np.float64).tolist()
+    return x, y, z
 
 
 def finite(name: str, value: object) -> float:

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
+from nusselt.renderer.placed import is_sheared, looking
 from nusselt.renderer.scene import MAX_SIDE, Camera
 
-from .nodes import Node, triple
+from .nodes import Node
 
 SIZE = (768, 576)
 """Of a film that says none."""
@@ -25,12 +26,9 @@ def camera_of(sensor: Node) -> tuple[Camera, int, int]:
     matrix = sensor.matrix()
     if np.linalg.det(matrix[:3, :3]) <= 0:
         raise sensor.refused("a mirrored to_world", "one that turns, moves or scales: lookat does")
-    axes = matrix[:3, :3] / np.sqrt((matrix[:3, :3] ** 2).sum(axis=0))
-    if np.abs(axes.T @ axes - np.eye(3)).max() > 1e-6:
+    if is_sheared(matrix):
         raise sensor.refused("a sheared to_world", "one that turns, moves or scales: lookat does")
-    origin, look, up = matrix[:3, 3], axes[:, 2], axes[:, 1]
-    camera = Camera(triple(origin), triple(origin + look), triple(up), _fov_y(sensor, width, height))
-    return camera, width, height
+    return looking(matrix, _fov_y(sensor, width, height), 1.0), width, height
 
 
 def _film(film: Node | None, sensor: Node) -> tuple[int, int]:

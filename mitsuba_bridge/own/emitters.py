@@ -9,22 +9,21 @@ import numpy as np
 
 from nusselt.renderer.lights import (
     DirectionalLight,
-    DiskLight,
     Light,
     MeshLight,
     PointLight,
-    QuadLight,
     SkyLight,
     SphereLight,
     SpotLight,
 )
 from nusselt.renderer.lights.of_triangles import of_triangles
+from nusselt.renderer.placed import ROUND, disk_light, disk_scale, rectangle_light
 from nusselt.renderer.surfaces import Material
-from nusselt.renderer.validation import Vec3
+from nusselt.renderer.validation import Vec3, triple
 from nusselt.renderer.vectors import Floats
 
-from .nodes import Node, triple
-from .shapes import CUBE, FILES, ROUND, mesh_of, round_axes, triangles_of
+from .nodes import Node
+from .shapes import CUBE, FILES, mesh_of, round_axes, triangles_of
 
 
 def _point(node: Node) -> Light:
@@ -92,26 +91,19 @@ def area_light(shape: Node, emitter: Node, matrix: Floats) -> Light:
     return AREAS[shape.plugin](shape, matrix, emitter.colour("radiance", (1.0, 1.0, 1.0), emits=True))
 
 
-def _normal(shape: Node, matrix: Floats) -> Floats:
-    """Where the z axis's plane faces: by the inverse transpose, as Mitsuba has it."""
-    normal = np.linalg.inv(matrix[:3, :3]).T[:, 2]
-    return np.asarray(-normal if shape.flag("flip_normals") else normal)
+def _side(shape: Node) -> float:
+    """Of the xy plane, along z, that shines; a transform moves it by its inverse transpose, as Mitsuba has it."""
+    return -1.0 if shape.flag("flip_normals") else 1.0
 
 
 def _quad(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
-    corner = matrix @ (-1, -1, 0, 1)
-    ab, ac = 2 * matrix[:3, 0], 2 * matrix[:3, 1]
-    if np.cross(ab, ac) @ _normal(shape, matrix) > 0:  # ours shines along -(ab x ac)
-        ab, ac = ac, ab
-    return QuadLight(triple(corner[:3]), triple(ab), triple(ac), radiance)
+    return rectangle_light(matrix, (-1.0, -1.0), (1.0, 1.0), radiance, _side(shape))
 
 
 def _disk(shape: Node, matrix: Floats, radiance: Vec3) -> Light:
-    x, y = matrix[:3, 0], matrix[:3, 1]
-    radius = math.hypot(*x)
-    if abs(math.hypot(*y) / radius - 1) > ROUND or abs(x @ y) > ROUND * radius**2:
+    if disk_scale(matrix) is None:
         raise shape.refused("an ellipse with an emitter", "a disk that is round")
-    return DiskLight(triple(matrix[:3, 3]), triple(_normal(shape, matrix)), radius, radiance)
+    return disk_light(matrix, 1.0, (0.0, 0.0, _side(shape)), radiance)
 
 
 def _sphere(shape: Node, matrix: Floats, radiance: Vec3) -> Light:

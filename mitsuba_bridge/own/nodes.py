@@ -23,12 +23,6 @@ SECONDS = 120.0
 """That Mitsuba may take to parse a file and load its meshes."""
 
 
-def triple(values: Floats) -> Vec3:
-    """Three numbers of an array, plain."""
-    x, y, z = np.asarray(values).tolist()
-    return x, y, z
-
-
 @dataclass(frozen=True)
 class Node:
     """A plugin in a Mitsuba file.

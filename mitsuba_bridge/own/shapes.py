@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from nusselt.renderer.placed import ROUND, ball, moved, outside_out
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
 from nusselt.renderer.vectors import Floats, Ints
 
@@ -14,8 +15,6 @@ from .nodes import Node
 
 FILES = ("obj", "ply", "serialized")
 IGNORED = ("silhouette_sampling_weight",)
-ROUND = 1e-6
-"""Relative difference of the axes of what is round."""
 
 
 def shape_of(shape: Node, matrix: Floats, material: Material) -> Mesh | Ellipsoid:
@@ -77,19 +76,14 @@ def _sphere(shape: Node, matrix: Floats, material: Material) -> Ellipsoid:
     own = shape.matrix()
     radius = round_axes(shape, own)
     centre = matrix @ own @ np.append(shape.point("center", (0.0, 0.0, 0.0)), 1.0)
-    x, y, z = centre[:3].tolist()
-    a, b, c = (tuple(row) for row in (matrix[:3, :3] * radius).tolist())
-    found = Ellipsoid((x, y, z), (a, b, c), material)
-    round_ = found.radius
-    return Ellipsoid.sphere((x, y, z), round_, material) if round_ is not None else found
+    there = matrix.copy()
+    there[:3, 3] = centre[:3]
+    return ball(there, radius, material)
 
 
 def mesh_of(vertices: Floats, faces: Ints, matrix: Floats, shape: Node, material: Material) -> Mesh:
     """A mesh moved; one that is mirrored keeps its outside outside, as Mitsuba's normals do."""
-    placed = matrix[:3, :3] @ vertices + matrix[:3, 3:]
-    mirrored = np.linalg.det(matrix[:3, :3]) < 0
-    turned = faces[::-1] if mirrored != shape.flag("flip_normals") else faces
-    return Mesh(placed, turned.astype(np.int64), material)
+    return Mesh(moved(matrix, vertices), outside_out(faces, matrix, shape.flag("flip_normals")), material)
 
 
 RECTANGLE = (

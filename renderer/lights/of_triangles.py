@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nusselt.renderer.surfaces import Mesh
-from nusselt.renderer.validation import Vec3
+from nusselt.renderer.validation import Vec3, triple
 from nusselt.renderer.vectors import Floats, Ints
 
 from .mesh import MeshLight
@@ -21,18 +21,13 @@ ROUND = 1e-6
 def of_triangles(vertices: Floats, faces: NDArray[np.int64], radiance: Vec3) -> Lit:
     """The light that shines at the fronts of triangles; vertices (3, v), faces (3, t) counter-clockwise from there."""
     if faces.shape[1] == 1:
-        a, b, c = (_triple(vertices[:, k]) for k in faces[:, 0])
+        a, b, c = (triple(vertices[:, k]) for k in faces[:, 0])
         return TriangleLight(a, b, c, radiance)
     corner = _parallelogram(vertices, faces) if faces.shape[1] == 2 else None
     if corner is None:
         return MeshLight(Mesh(vertices, faces), radiance)
-    p, ab, ac = (_triple(v) for v in corner)
+    p, ab, ac = (triple(v) for v in corner)
     return QuadLight(p, ac, ab, radiance)  # ours shines along -(ab x ac)
-
-
-def _triple(values: Floats) -> Vec3:
-    x, y, z = values.tolist()
-    return x, y, z
 
 
 def _parallelogram(vertices: Floats, faces: Ints) -> tuple[Floats, Floats, Floats] | None:

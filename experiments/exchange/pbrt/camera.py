@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.experiments.exchange.placing import looking
+from nusselt.renderer.placed import looking
 from nusselt.renderer.scene import MAX_SIDE, Camera
 from nusselt.renderer.vectors import Floats
 

@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nusselt.experiments.exchange.placing import moved, triple
 from nusselt.renderer.lights import DirectionalLight, Light, PointLight, SkyLight
-from nusselt.renderer.validation import Vec3
+from nusselt.renderer.placed import moved
+from nusselt.renderer.validation import Vec3, triple
 from nusselt.renderer.vectors import Floats
 
 from .tokens import Directive

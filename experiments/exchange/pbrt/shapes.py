@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from nusselt.experiments.exchange.placing import Faces, ball, ball_light, disk_light, is_round, placed
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.lights import Light
 from nusselt.renderer.lights.of_triangles import of_triangles
 from nusselt.renderer.mesh_files import find_inside, read_mesh_file
+from nusselt.renderer.placed import Faces, ball, ball_light, disk_light, is_round, placed
 from nusselt.renderer.surfaces import Ellipsoid, Mesh, has_area
 from nusselt.renderer.vectors import Floats
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from nusselt.experiments.exchange.placing import looking
+from nusselt.renderer.placed import looking
 from nusselt.renderer.scene import MAX_SIDE, Camera
 
 from .prims import Notes, Prim

@@ -11,10 +11,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from nusselt.experiments.exchange.placing import Faces, ball_light, disk_light, rectangle_light, triple
 from nusselt.renderer.lights import DirectionalLight, Light, PointLight, SkyLight, SunLight
 from nusselt.renderer.lights.of_triangles import of_triangles
-from nusselt.renderer.validation import Vec3
+from nusselt.renderer.placed import Faces, ball_light, disk_light, rectangle_light
+from nusselt.renderer.validation import Vec3, triple
 from nusselt.renderer.vectors import Floats
 
 from .library import UsdLux

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from nusselt.experiments.exchange.placing import Faces, ball, placed
 from nusselt.mitsuba_bridge.own.shapes import CUBE
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.mesh_files.surface import from_polygons
+from nusselt.renderer.placed import Faces, ball, placed
 from nusselt.renderer.surfaces import Ellipsoid, Material
 from nusselt.renderer.vectors import Floats
 

@@ -7,22 +7,16 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.errors import InputError
-from nusselt.renderer.lights import DiskLight, QuadLight, SphereLight
-from nusselt.renderer.scene import Camera
-from nusselt.renderer.surfaces import Ellipsoid, Material, has_area
-from nusselt.renderer.validation import Vec3
-from nusselt.renderer.vectors import Floats
+from .errors import InputError
+from .lights import DiskLight, QuadLight, SphereLight
+from .scene import Camera
+from .surfaces import Ellipsoid, Material, has_area
+from .validation import Vec3, triple
+from .vectors import Floats, Ints
 
 ROUND = 1e-6
 """Relative difference of the axes of what is round."""
 Faces = NDArray[np.int64]
-
-
-def triple(values: Floats) -> Vec3:
-    """Three numbers of an array, plain."""
-    x, y, z = np.asarray(values, dtype=np.float64).tolist()
-    return x, y, z
 
 
 def moved(matrix: Floats, points: Floats) -> Floats:
@@ -30,11 +24,16 @@ def moved(matrix: Floats, points: Floats) -> Floats:
     return np.asarray(matrix[:3, :3] @ points + matrix[:3, 3:])
 
 
-def placed(vertices: Floats, faces: Faces, matrix: Floats, inside_out: bool = False) -> tuple[Floats, Faces]:
-    """Triangles under a matrix: what is outside stays outside where it mirrors. Those without area are left out."""
+def outside_out(faces: Ints, matrix: Floats, inside_out: bool = False) -> Faces:
+    """Triangles whose outside stays outside under a matrix, where it mirrors too; or goes inside."""
     mirrored = bool(np.linalg.det(matrix[:3, :3]) < 0)
-    world, turned = moved(matrix, vertices), faces[::-1] if mirrored != inside_out else faces
-    return world, turned[:, has_area(*(world[:, k] for k in turned))].astype(np.int64)
+    return (faces[::-1] if mirrored != inside_out else faces).astype(np.int64)
+
+
+def placed(vertices: Floats, faces: Faces, matrix: Floats, inside_out: bool = False) -> tuple[Floats, Faces]:
+    """Triangles under a matrix, see `outside_out`. Those without area are left out."""
+    world, turned = moved(matrix, vertices), outside_out(faces, matrix, inside_out)
+    return world, turned[:, has_area(*(world[:, k] for k in turned))]
 
 
 def is_round(matrix: Floats) -> bool:
@@ -63,28 +62,42 @@ def facing(matrix: Floats, normal: tuple[float, float, float]) -> Floats:
     return np.asarray(np.linalg.inv(matrix[:3, :3]).T @ np.array(normal))
 
 
-def rectangle_light(matrix: Floats, low: tuple[float, float], high: tuple[float, float], radiance: Vec3) -> QuadLight:
-    """A rectangle of the xy plane that shines along -z, under any affine matrix."""
+def rectangle_light(
+    matrix: Floats, low: tuple[float, float], high: tuple[float, float], radiance: Vec3, side: float = -1.0
+) -> QuadLight:
+    """A rectangle of the xy plane that shines along ``side`` times z, under any affine matrix."""
     corner = moved(matrix, np.array([[low[0]], [low[1]], [0.0]]))[:, 0]
     ab, ac = (high[0] - low[0]) * matrix[:3, 0], (high[1] - low[1]) * matrix[:3, 1]
-    if np.cross(ab, ac) @ facing(matrix, (0.0, 0.0, -1.0)) > 0:  # ours shines along -(ab x ac)
+    if np.cross(ab, ac) @ facing(matrix, (0.0, 0.0, side)) > 0:  # ours shines along -(ab x ac)
         ab, ac = ac, ab
     return QuadLight(triple(corner), triple(ab), triple(ac), radiance)
 
 
-def disk_light(matrix: Floats, radius: float, normal: tuple[float, float, float], radiance: Vec3) -> DiskLight:
-    """A disk of the xy plane that shines along a normal, under a matrix that keeps it round."""
+def disk_scale(matrix: Floats) -> float | None:
+    """By how much a matrix scales a disk of the xy plane; None where it makes an ellipse of it."""
     x, y = matrix[:3, 0], matrix[:3, 1]
     size = math.hypot(*x)
-    if abs(math.hypot(*y) / size - 1) > ROUND or abs(x @ y) > ROUND * size**2:
+    return None if abs(math.hypot(*y) / size - 1) > ROUND or abs(x @ y) > ROUND * size**2 else size
+
+
+def disk_light(matrix: Floats, radius: float, normal: tuple[float, float, float], radiance: Vec3) -> DiskLight:
+    """A disk of the xy plane that shines along a normal, under a matrix that keeps it round."""
+    size = disk_scale(matrix)
+    if size is None:
         raise InputError("transform", "one that makes an ellipse of a disk", "one that keeps it round")
     return DiskLight(triple(matrix[:3, 3]), triple(facing(matrix, normal)), radius * size, radiance)
+
+
+def is_sheared(matrix: Floats) -> bool:
+    """Whether the axes of a matrix, however long each, are not at right angles."""
+    axes = matrix[:3, :3] / np.sqrt((matrix[:3, :3] ** 2).sum(axis=0))
+    return bool(np.abs(axes.T @ axes - np.eye(3)).max() > ROUND)
 
 
 def looking(matrix: Floats, fov_y: float, forward: float) -> Camera:
     """A camera that looks along forward times the z axis of a matrix, its y axis up."""
     axes = matrix[:3, :3] / np.sqrt((matrix[:3, :3] ** 2).sum(axis=0))
-    if np.abs(axes.T @ axes - np.eye(3)).max() > ROUND:
+    if is_sheared(matrix):
         raise InputError("camera transform", "a sheared one", "one that turns, moves or scales")
     origin = matrix[:3, 3]
     return Camera(triple(origin), triple(origin + forward * axes[:, 2]), triple(axes[:, 1]), fov_y)
