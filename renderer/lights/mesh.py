@@ -209,9 +209,10 @@ class MeshLight(Plain):
     def unshadowed(self, points: ShadingPoints, glossy: bool) -> tuple[Floats, Floats]:
         """Sum of the triangles' boundary integrals (`polygon_patch`), each that faces a point.
 
-        One that hides another is not asked for: of a mesh that is not convex this is more than it gives.
+        One that hides another is not asked for: of a mesh that is not convex this is more than it gives. Where all of
+        it has cancelled, the bound is what its triangles say of theirs.
         """
-        radiance, error = np.zeros((2, *points.position.shape))
+        radiance, error, lost = np.zeros((3, *points.position.shape))
         for corners in np.stack(self._corners, axis=2).transpose(1, 0, 2):
             a, b, c = (column(v) for v in corners.T)
             facing = faced_by(a, c - a, b - a, points.position)
@@ -219,7 +220,8 @@ class MeshLight(Plain):
                 share, bound = polygon_patch(points, facing, corners, glossy, "mesh")
                 radiance += share
                 error += share * bound
-        bound = np.divide(error, radiance, out=np.zeros_like(error), where=radiance > 1e-280).max(axis=0)
+                lost = np.maximum(lost, np.where(share > 1e-280, 0.0, bound))
+        bound = np.divide(error, radiance, out=lost, where=radiance > 1e-280).max(axis=0)
         return radiance * column(self.colour), bound
 
     def has_form(self, kind: type[Lobe]) -> bool:

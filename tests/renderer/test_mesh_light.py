@@ -158,3 +158,19 @@ def test_how_far_it_is_from_what_it_lights_is_that_of_its_nearest_triangle():
     fine = MeshLight(replace(sphere_mesh(34, 0.4), vertices=sphere_mesh(34, 0.4).vertices + 1.0), RADIANCE)
     assert fine.count > 4096
     assert 0.5 < clearance(fine, few, np.arange(2))[0].min() <= 0.6
+
+
+@pytest.mark.parametrize(
+    "corners",
+    [((1, -1, 1e-9), (2, 1, 1e-9), (3, -1, 1e-9)), ((1, -0.5, -0.999999999), (1, 0, 1e-9), (1, 0.5, -0.999999999))],
+    ids=["below its plane, beside it", "upright, its tip above"],
+)
+def test_a_value_that_has_cancelled_whole_is_not_called_exact(corners):
+    """It gives 1.5e-19 and 1.7e-28: less than the rounding of what its boundary integrals add up."""
+    light = TriangleLight(*corners, (1.0, 1.0, 1.0))
+    mesh = MeshLight(Mesh(np.array(corners).T, np.arange(3)[:, None]), light.radiance)
+    points = shading_points_of(np.zeros((3, 1)), np.array([[0.0], [0.0], [1.0]]))
+    for one in (light, mesh):
+        value, bound = one.unshadowed(points, False)
+        assert (value == 0).all()
+        assert bound == 1
