@@ -42,7 +42,7 @@ class Image:
     pixel_variance : (h, w) float64
         The same of the channels' average: a pixel's channels share their light samples.
     level_mean, level_variance : (3, h, w) float64
-        Mean and variance of one pass in 8-bit levels, clamped to [0, 255], not rounded.
+        Mean and variance of one pass in 8-bit levels, clamped to [0, 255], not rounded; no mean is kept of one pass.
     emitter, background : (h, w) float64
         Share of camera rays that hit a light's front or back, or nothing.
     unjudged : (h, w) bool
@@ -68,7 +68,7 @@ class Image:
     mean: Floats
     variance: Floats
     pixel_variance: Floats
-    level_mean: Floats
+    level_mean: Floats | None
     level_variance: Floats
     emitter: Floats
     background: Floats
@@ -87,11 +87,8 @@ class Image:
     ) -> Image:
         """An image in which nothing is random: radiance (3, h, w), shares of emitters and background (h, w)."""
         shaded = (emitter == 0) & (background == 0)
-        level = np.clip(mean, 0, 1)
-        level *= 255
         return cls(
             **_one_pass(mean),
-            level_mean=level,
             emitter=emitter,
             background=background,
             unjudged=np.zeros(emitter.shape, dtype=bool),
@@ -242,6 +239,7 @@ def _one_pass(mean: Floats) -> dict[str, Any]:
         "mean": mean,
         "variance": nothing,
         "pixel_variance": nothing[0],
+        "level_mean": None,
         "level_variance": nothing,
     }
 

@@ -192,11 +192,11 @@ def render_tile(job: Job, tile: Tile) -> dict[str, Any]:
         "first": colours.first,
         "variance": colours.variance,
         "pixel_variance": averages.variance,
+        "level_mean": levels.mean,
         "level_variance": levels.variance,
     }
     return (spread if passes > 1 else {}) | {
         "mean": colours.mean,
-        "level_mean": levels.mean,
         "emitter": emitter,
         "background": background,
         "unjudged": unjudged,

@@ -27,7 +27,8 @@ COLOURS = ("first", "mean", "variance", "level_mean", "level_variance")
 
 
 def _each(image: Image, names: tuple[str, ...], change: Any) -> Image:
-    return dataclasses.replace(image, **{name: change(getattr(image, name)) for name in names})
+    planes = {name: getattr(image, name) for name in names}
+    return dataclasses.replace(image, **{name: change(a) for name, a in planes.items() if a is not None})
 
 
 def half_pixel(scene: Scene, estimator: Any, **options: Any) -> Image:

@@ -35,7 +35,9 @@ def combine_images(parts: Sequence[Image]) -> Image:
         )
 
     mean, variance = joined("mean", "variance")
-    level_mean, level_variance = joined("level_mean", "level_variance")
+    level_mean, level_variance = first.level_mean, first.level_variance
+    if level_mean is not None:
+        level_mean, level_variance = joined("level_mean", "level_variance")
     averages = [part.mean.mean(axis=0) for part in parts]
     _, pixel_variance = _moments(counts, averages, [part.pixel_variance for part in parts])
     return dataclasses.replace(
