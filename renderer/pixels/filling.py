@@ -94,7 +94,9 @@ class Filling:
 
     def finished(self) -> Filled:
         h, w = self.shape
-        return Filled(self.value[:, :h, :w], self.bound[:h, :w], self.piece, self.piece_bound)
+        # Whole arrays, not windows into padded ones: what is written to a reshaped window is lost.
+        value, bound = (np.ascontiguousarray(v[..., :h, :w]) for v in (self.value, self.bound))
+        return Filled(value, bound, self.piece, self.piece_bound)
 
     def ask(self, step: int) -> Floats:
         """Evaluate what is not known of the centres ``step`` apart, and what is to be tried: the latter's radiance.
