@@ -106,9 +106,11 @@ def first_estimates(
         Its place, and its radiance there.
     """
     centre, region = known.centre, known.region
-    predicted, missed = np.zeros(pixel.size, dtype=bool), np.zeros(pixel.size)
-    low, high, others = value.copy(), value.copy(), np.zeros(pixel.size, dtype=bool)
+    missed, others = np.zeros(pixel.size), np.zeros(pixel.size, dtype=bool)
+    predicted = np.zeros((2, pixel.size), dtype=bool)  # from pixels above or below, and from those at the sides
+    low, high = np.tile(value, (2, 1)), np.tile(value, (2, 1))
     row, column = np.divmod(pixel, region.shape[1])
+    inner = region[row, column] == which
     for dy, dx in AROUND:
         r, c, inside = _inside(row + dy, column + dx, region.shape)
         same, part, near = known.near(r * region.shape[1] + c, which, inside)
@@ -118,15 +120,20 @@ def first_estimates(
         guess[told] = centre[at] + _slope(known, *at, 0, 1) * (x[told] - at[1] - 0.5)
         guess[told] += _slope(known, *at, 1, 0) * (y[told] - at[0] - 0.5)
         told = np.isfinite(guess)
-        if (dy == 0) != (dx == 0):
-            # What comes from a slope that was taken from the item's own value alone agrees with it, whatever it is.
-            r2, c2, on = _inside(row + 2 * dy, column + 2 * dx, region.shape)
-            told &= (region[row, column] != which) | (on & (region[r2, c2] == which))
+        for y2, x2 in ((2 * dy, dx), (dy, 2 * dx)):
+            if (y2, x2) != (dy, dx):
+                # What comes from a slope that was taken from the item's own row or column agrees with it, whatever
+                # that holds: along an edge all may err alike.
+                r2, c2, on = _inside(row + y2, column + x2, region.shape)
+                told &= ~inner | (on & (region[r2, c2] == which))
         missed = np.maximum(missed, np.where(told, np.abs(value - guess), 0.0))
-        predicted |= told & bool(dy or dx)
-        low, high = np.fmin(low, near), np.fmax(high, near)
         others |= (same | part) & bool(dy or dx)
-    return np.where(predicted, missed / 8, np.where(others, (high - low) / 8, np.abs(value))), high
+        for axis in np.flatnonzero((dy, dx)):
+            predicted[axis] |= told
+            low[axis], high[axis] = np.fmin(low[axis], near), np.fmax(high[axis], near)
+    spread = high - low
+    missed = np.maximum(missed, np.where(predicted, 0.0, spread).max(axis=0))
+    return np.where(others, missed / 8, np.abs(value)), high.max(axis=0)
 
 
 def _inside(r: Ints, c: Ints, shape: tuple[int, ...]) -> tuple[Ints, Ints, Bools]:
