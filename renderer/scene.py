@@ -63,11 +63,14 @@ class Origin:
         That program's numbers of our lights.
     content : str
         What the scene was when it was read: one that was changed since is that file's no more.
+    words : str
+        What it says, where it is no file.
     """
 
     file: str
     lights: tuple[int, ...]
     content: str
+    words: str = ""
 
 
 INTEGRATORS = ("analyticdirect", "direct")

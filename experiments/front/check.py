@@ -66,8 +66,8 @@ def check(
 
     Parameters
     ----------
-    *scenes : str, path or Scene
-        Scene files, names of classic scenes, or scenes.
+    *scenes : str, path, dict or Scene
+        Scene files, names of classic scenes, what `mi.load_dict` takes, or scenes.
     images : array, path, or a sequence of them, optional
         Somebody's images: arrays (h, w, 3) or files; of different seeds.
     renderer : callable or str, optional
@@ -156,7 +156,7 @@ def _theirs(row: _Row, images: Any, judging: Judging) -> Comparison:
     if not isinstance(renderer, str):
         return judge_renderer(row.scene, FunctionRenderer(renderer, row.scene), judging)
     program = Program(renderer, judging.external.image_type, judging.external.run_timeout)
-    name = None if isinstance(row.given, Scene) else str(row.given)
+    name = str(row.given) if isinstance(row.given, str | PathLike) else None
     with ProgramRenderer(program, row.scene, name) as ready:
         return judge_renderer(row.scene, ready, judging)
 

@@ -80,7 +80,7 @@ class Picture:
 
 @known_arguments
 def read_scene(scene: SceneLike, *, lenient: bool = False, two_sided: bool = False, as_diffuse: bool = False) -> Scene:
-    """A scene from its file, or a classic one by its name.
+    """A scene from its file or from what `mi.load_dict` takes, or a classic one by its name.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def render(
 
     Parameters
     ----------
-    scene : str, path or Scene
+    scene : str, path, dict or Scene
     estimator, samples, stratified, seed, shadow_origin, pixel_rule, tolerance, error
         As in `nusselt.experiments.check.draw.Drawing`.
     lenient, two_sided, as_diffuse : bool

@@ -18,18 +18,39 @@ from numpy.typing import NDArray
 Array = NDArray[Any]
 NEAR_AND_FAR = 1e-5, 1e9
 """Of the camera: nothing is cut off."""
+IN_DICT = "dictionary node "
+"""What Mitsuba calls places in a dict, then in quotes the names on the way."""
 MESH = ("vertices", "faces", "normals")
 MESHES = ("obj", "ply", "serialized")
 """Shapes whose triangles are read by Mitsuba."""
 
 
-def _parsed(file: str) -> tuple[Any, Any]:
-    """A file's configuration and state, its references resolved."""
+OBJECTS: dict[str, Callable[[Any], Any]] = {
+    "Transform": lambda value: mi.ScalarTransform4d(np.array(value)),
+    "Color": lambda value: mi.ScalarColor3d(*value),
+}
+"""Values of a dict that are Mitsuba's own, by the kinds that they crossed with."""
+
+
+def _dictionary(entries: dict[str, Any]) -> dict[str, Any]:
+    """A dict of `mi.load_dict` from what crossed."""
+    return {name: _dictionary(entry) if isinstance(entry, dict) else _object(*entry) for name, entry in entries.items()}
+
+
+def _object(kind: str, value: Any) -> Any:
+    return OBJECTS[kind](value) if kind in OBJECTS else value
+
+
+def _parsed(source: dict[str, Any]) -> tuple[Any, Any]:
+    """A file's, or a dict's, configuration and state, its references resolved."""
     config = mi.parser.ParserConfig(str(mi.variant()))
     config.merge_meshes = config.merge_equivalent = False
-    resolver: Any = mi.file_resolver  # its stub knows no type
-    resolver().prepend(str(Path(file).parent))  # what the file names stands beside it
-    state = mi.parser.parse_file(config, file)
+    if source["words"]:
+        state = mi.parser.parse_dict(config, _dictionary(json.loads(source["words"])))
+    else:
+        resolver: Any = mi.file_resolver  # its stub knows no type
+        resolver().prepend(str(Path(source["file"]).parent))  # what the file names stands beside it
+        state = mi.parser.parse_file(config, source["file"])
     mi.parser.transform_upgrade(config, state)
     mi.parser.transform_resolve_references(config, state)
     return config, state
@@ -53,8 +74,10 @@ def _value(props: Any, name: str) -> Any:
 
 
 def _place(state: Any, node: Any) -> str:
-    """FILE:LINE, as far as Mitsuba knows."""
+    """FILE:LINE, or dict.NAME.NAME, as far as Mitsuba knows."""
     words = str(mi.parser.file_location(state, node))
+    if words.startswith(IN_DICT):
+        return f"dict.{words[len(IN_DICT) :].strip(chr(34))}".replace(".root", "")
     file, _, rest = words.partition(" (line ")
     return f"{file}:{rest.partition(',')[0]}" if rest else words
 
@@ -66,9 +89,9 @@ def parse_own(job: dict[str, Any], folder: Path, progress: Callable[[int, int], 
     """
     told: list[dict[str, Any]] = []
     arrays: dict[str, Array] = {}
-    for number, file in enumerate(job["files"]):
+    for number, source in enumerate(job["sources"]):
         try:
-            nodes, meshes, unbuilt = _nodes(file)
+            nodes, meshes, unbuilt = _nodes(source)
         except (RuntimeError, ValueError, TypeError) as error:
             told.append({"error": str(error)})
             continue
@@ -78,9 +101,9 @@ def parse_own(job: dict[str, Any], folder: Path, progress: Callable[[int, int], 
     return {"told": np.frombuffer(json.dumps(told).encode(), dtype=np.uint8), **arrays}
 
 
-def _nodes(file: str) -> tuple[list[dict[str, Any]], dict[int, tuple[Array, Array, Array]], str]:
+def _nodes(source: dict[str, Any]) -> tuple[list[dict[str, Any]], dict[int, tuple[Array, Array, Array]], str]:
     """What a file says, node by node, the triangles of its meshes by the numbers of their nodes, and what stops it."""
-    config, state = _parsed(file)
+    config, state = _parsed(source)
     nodes, meshes = [], {}
     for index, node in enumerate(state.nodes):
         props = node.props
@@ -136,7 +159,7 @@ def own_scene(own: dict[str, Any], size: tuple[int, int]) -> Any:
 
     Emitting shapes are made black, as reflectors, and the film has the size that is asked for.
     """
-    config, state = _parsed(own["file"])
+    config, state = _parsed(own)
     config.unused_properties = config.unused_parameters = mi.LogLevel.Debug
     nodes = state.nodes
     black = _black(state)

@@ -15,6 +15,7 @@ from nusselt.mitsuba_bridge.limits import close_blockers
 from nusselt.mitsuba_bridge.origin import own_file
 from nusselt.mitsuba_bridge.own.nodes import read_nodes
 from nusselt.mitsuba_bridge.own.read import scene_of
+from nusselt.mitsuba_bridge.own.source import Source
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Exact
 from nusselt.renderer.image import render
@@ -206,7 +207,7 @@ def files(tmp_path_factory):
     paths = {name: folder / f"{name}.xml" for name in texts}
     for name, path in paths.items():
         path.write_text(texts[name])
-    nodes = dict(zip(texts, read_nodes(*paths.values()), strict=True))
+    nodes = dict(zip(texts, read_nodes(*map(Source.of_file, paths.values())), strict=True))
     return {name: (node, paths[name]) for name, node in nodes.items()}
 
 
@@ -214,7 +215,7 @@ def made(files, name: str, as_diffuse: bool = False):
     node, path = files[name]
     if isinstance(node, InputError):
         raise node
-    return scene_of(node, path, as_diffuse)
+    return scene_of(node, Source.of_file(path), as_diffuse)
 
 
 @pytest.mark.parametrize("name", READ)
@@ -237,7 +238,7 @@ def test_others_are_refused_by_name_and_line(files, name):
 
 def test_surfaces_of_other_kinds_are_diffuse_where_that_is_asked_for(files):
     node, path = files["metal"]
-    scene = scene_of(node, path, as_diffuse=True)
+    scene = scene_of(node, Source.of_file(path), as_diffuse=True)
     assert scene.meshes[0].material.diffuse == (0.5, 0.5, 0.5)
     assert "taken for diffuse" in scene.warnings[0]
 
