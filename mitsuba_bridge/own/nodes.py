@@ -41,8 +41,11 @@ class Node:
         Kind and value of each, by name.
     children : tuple of (str, Node)
         What it holds, by the names of its properties.
-    mesh : (vertices, faces, normals), optional
-        (3, n) float64, (3, m) int64 and (3, n) float64 of a shape that Mitsuba has loaded; no normals if it is faceted.
+    mesh : (vertices, faces, normals, uv), optional
+        (3, n) float64, (3, m) int64, (3, n) and (2, n) float64 of a shape that Mitsuba has loaded; no normals if it is
+        faceted.
+    texels : (3, h, w) float64, optional
+        Of a picture that Mitsuba has read, linear.
     unbuilt : InputError, optional
         Of a whole file: why Mitsuba parses it but does not make a scene of it.
     """
@@ -54,7 +57,8 @@ class Node:
     place: str
     properties: Mapping[str, tuple[str, Any]]
     children: tuple[tuple[str, Node], ...] = ()
-    mesh: tuple[Floats, Ints, Floats] | None = field(default=None, repr=False)
+    mesh: tuple[Floats, Ints, Floats, Floats] | None = field(default=None, repr=False)
+    texels: Floats | None = field(default=None, repr=False)
     unbuilt: InputError | None = field(default=None, repr=False)
 
     @property
@@ -179,7 +183,8 @@ def _tree(told: dict[str, Any], number: int, arrays: dict[str, Floats], path: st
         mesh = None
         key = f"{number}-{index}"
         if f"vertices{key}" in arrays:
-            mesh = arrays[f"vertices{key}"], arrays[f"faces{key}"].astype(np.int64), arrays[f"normals{key}"]
+            vertices, faces, normals, uv = (arrays[f"{what}{key}"] for what in ("vertices", "faces", "normals", "uv"))
+            mesh = vertices, faces.astype(np.int64), normals, uv
         return Node(
             index,
             entry["type"],
@@ -189,6 +194,7 @@ def _tree(told: dict[str, Any], number: int, arrays: dict[str, Floats], path: st
             {name: value for name, value in properties.items() if name not in held},
             tuple((name, made(k)) for name, k in held.items()),
             mesh,
+            arrays.get(f"texels{key}"),
         )
 
     why = told.get("unbuilt")
