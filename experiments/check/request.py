@@ -29,11 +29,14 @@ class Reading:
         Surfaces reflect at their back too.
     as_diffuse : bool
         Of other programs' files: put diffuse surfaces in the place of others.
+    as_mesh : bool
+        Of Mitsuba's: put meshes in the place of cylinders.
     """
 
     lenient: bool = False
     two_sided: bool = False
     as_diffuse: bool = False
+    as_mesh: bool = False
 
     def scene(self, given: SceneLike, rule: PixelRule | None = None) -> Scene:
         """A scene by file name, a classic one by its name, what `mi.load_dict` takes, or the scene itself.
@@ -46,9 +49,9 @@ class Reading:
         if isinstance(given, Scene):
             scene = given
         elif isinstance(given, Mapping):
-            scene = read_mitsuba_dict(given, as_diffuse=self.as_diffuse)
+            scene = read_mitsuba_dict(given, as_diffuse=self.as_diffuse, as_mesh=self.as_mesh)
         elif isinstance(given, str | PathLike):
-            scene = load(str(given), self.lenient, self.as_diffuse)
+            scene = load(str(given), self.lenient, self.as_diffuse, self.as_mesh)
         else:
             accepted = "a scene file, the name of a classic scene, a dict as Mitsuba takes it, or a Scene"
             raise InputError("scene", given, accepted)
@@ -92,6 +95,7 @@ _ALL = frozenset(
             "lenient",
             "two_sided",
             "as_diffuse",
+            "as_mesh",
             "pixel_rule",
             "margin",
         ),

@@ -52,6 +52,7 @@ def check(
     lenient: bool = False,
     two_sided: bool = False,
     as_diffuse: bool = False,
+    as_mesh: bool = False,
     reference: str | PathLike[str] | None = None,
     cache: str | PathLike[str] | None = None,
     transfer: str = "linear",
@@ -78,7 +79,7 @@ def check(
         As in `nusselt.experiments.check.question.Question`.
     alpha : float
         False-alarm rate of all rows together.
-    lenient, two_sided, as_diffuse : bool
+    lenient, two_sided, as_diffuse, as_mesh : bool
         How a scene is read.
     reference, cache : path, optional
         A kept reference; a folder to keep references in, by content.
@@ -109,7 +110,7 @@ def check(
         tolerance=tolerance,
     )
     external = External(transfer, quantisation, renderer, image_type, runs, steps, run_timeout, noise)
-    reading = Reading(lenient, two_sided, as_diffuse)
+    reading = Reading(lenient, two_sided, as_diffuse, as_mesh)
     rows = [
         _Row(given, reading.scene(given, pixel_rule), replace(question, estimator=kind), {**said, "estimator": kind})
         for given in scenes

@@ -79,7 +79,14 @@ class Picture:
 
 
 @known_arguments
-def read_scene(scene: SceneLike, *, lenient: bool = False, two_sided: bool = False, as_diffuse: bool = False) -> Scene:
+def read_scene(
+    scene: SceneLike,
+    *,
+    lenient: bool = False,
+    two_sided: bool = False,
+    as_diffuse: bool = False,
+    as_mesh: bool = False,
+) -> Scene:
     """A scene from its file or from what `mi.load_dict` takes, or a classic one by its name.
 
     Raises
@@ -87,7 +94,7 @@ def read_scene(scene: SceneLike, *, lenient: bool = False, two_sided: bool = Fal
     InputError
         If there is no such file, or its content is not a scene.
     """
-    return Reading(lenient, two_sided, as_diffuse).scene(scene)
+    return Reading(lenient, two_sided, as_diffuse, as_mesh).scene(scene)
 
 
 @known_arguments
@@ -105,6 +112,7 @@ def render(
     lenient: bool = False,
     two_sided: bool = False,
     as_diffuse: bool = False,
+    as_mesh: bool = False,
 ) -> Picture:
     """Our image of a scene, as `nusselt render` makes it.
 
@@ -113,7 +121,7 @@ def render(
     scene : str, path, dict or Scene
     estimator, samples, stratified, seed, shadow_origin, pixel_rule, tolerance, error
         As in `nusselt.experiments.check.draw.Drawing`.
-    lenient, two_sided, as_diffuse : bool
+    lenient, two_sided, as_diffuse, as_mesh : bool
         How the scene is read.
 
     Raises
@@ -122,6 +130,6 @@ def render(
         As the command line has it.
     """
     drawing = Drawing(estimator, samples, stratified, seed, shadow_origin, pixel_rule, tolerance, error)
-    read = Reading(lenient, two_sided, as_diffuse).scene(scene, pixel_rule)
+    read = Reading(lenient, two_sided, as_diffuse, as_mesh).scene(scene, pixel_rule)
     with worker_pool(None, PATIENCE) as pool:
         return Picture(draw(read, drawing, pool), read, drawing)

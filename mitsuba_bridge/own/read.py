@@ -19,6 +19,7 @@ from nusselt.renderer.vectors import Floats
 
 from .backs import two_sided
 from .camera import camera_of
+from .cylinder import cylinder_note, cylinder_of
 from .emitters import area_light, light_of
 from .nodes import Node, read_nodes
 from .shapes import shape_of
@@ -33,7 +34,7 @@ DIRECT = 2
 """max_depth of a path that ends at the first surface."""
 
 
-def read_mitsuba(path: Path, *, as_diffuse: bool = False) -> Scene:
+def read_mitsuba(path: Path, *, as_diffuse: bool = False, as_mesh: bool = False) -> Scene:
     """Read a Mitsuba scene file, in any version that the installed Mitsuba reads.
 
     Parameters
@@ -41,21 +42,24 @@ def read_mitsuba(path: Path, *, as_diffuse: bool = False) -> Scene:
     path : Path
     as_diffuse : bool
         Put diffuse surfaces in the place of those that are none, with a warning each.
+    as_mesh : bool
+        Put meshes in the place of cylinders, likewise.
 
     Returns
     -------
     Scene
-        With its `Origin`: Mitsuba's own reading of the file is then the reference.
+        With its `Origin`, unless something stands in another's place: Mitsuba's own reading of the file is then the
+        reference.
 
     Raises
     ------
     InputError
         If Mitsuba cannot load it, or for what is no direct lighting of our kinds, by name and line.
     """
-    return _read(Source.of_file(path), as_diffuse)
+    return _read(Source.of_file(path), as_diffuse, as_mesh)
 
 
-def read_mitsuba_dict(given: Mapping[str, Any], *, as_diffuse: bool = False) -> Scene:
+def read_mitsuba_dict(given: Mapping[str, Any], *, as_diffuse: bool = False, as_mesh: bool = False) -> Scene:
     """Read what `mi.load_dict` takes: as `read_mitsuba` reads a file, its places those in the dict.
 
     Raises
@@ -63,20 +67,20 @@ def read_mitsuba_dict(given: Mapping[str, Any], *, as_diffuse: bool = False) -> 
     InputError
         As for a file; also for objects that cannot leave the process that made them.
     """
-    return _read(Source.of_dict(given), as_diffuse)
+    return _read(Source.of_dict(given), as_diffuse, as_mesh)
 
 
-def _read(source: Source, as_diffuse: bool) -> Scene:
+def _read(source: Source, as_diffuse: bool, as_mesh: bool) -> Scene:
     (root,) = read_nodes(source)
     if isinstance(root, InputError):
         raise root
-    scene = scene_of(root, source, as_diffuse)
+    scene = scene_of(root, source, as_diffuse, as_mesh)
     if root.unbuilt is not None:
         raise root.unbuilt
     return scene
 
 
-def scene_of(root: Node, source: Source, as_diffuse: bool) -> Scene:
+def scene_of(root: Node, source: Source, as_diffuse: bool = False, as_mesh: bool = False) -> Scene:
     """The scene of a source's nodes."""
     sensors = list(root.of_kind("Sensor"))
     if not sensors:
@@ -91,14 +95,18 @@ def scene_of(root: Node, source: Source, as_diffuse: bool) -> Scene:
     notes += _integrator(root)
     lights: list[tuple[Node, Light]] = [(node, _at(node, light_of, node)) for node in root.of_kind("Emitter")]
     bodies: list[tuple[Mesh | Ellipsoid, OwnSurface]] = []
+    replaced: list[str] = []
     for shape, matrix in _placed(root):
         surface = surface_of(shape, as_diffuse)
-        notes += surface.notes
+        replaced += surface.notes
         emitters = list(shape.of_kind("Emitter"))
         if emitters:
             lights.append((shape, _at(shape, area_light, shape, emitters[0], matrix @ shape.matrix())))
             if max(surface.material.diffuse) > 0:
                 notes.append(f"{shape.place}: {shape.title} emits; what it reflects is left out")
+        elif shape.plugin == "cylinder" and as_mesh:
+            replaced.append(cylinder_note(shape))
+            bodies.append((_at(shape, cylinder_of, shape, matrix, surface.material), surface))
         else:
             bodies.append((_at(shape, shape_of, shape, matrix, surface.material), surface))
     lights.sort(key=lambda entry: entry[0].index)
@@ -112,13 +120,15 @@ def scene_of(root: Node, source: Source, as_diffuse: bool) -> Scene:
         light_samples=16,
         stratify=True,
         name=Path(source.file).stem,
-        warnings=tuple(dict.fromkeys(notes)),
+        warnings=tuple(dict.fromkeys((*replaced, *notes))),
     )
     _refuse_far(scene, source.file)
     sides = [s.two_sided for b, s in bodies if isinstance(b, Mesh)] + [
         s.two_sided for b, s in bodies if isinstance(b, Ellipsoid)
     ]
     scene = scene.with_(two_sided=two_sided(scene, sides, "twosided", source.file))
+    if replaced:
+        return scene  # Mitsuba's rendering of what was read is the reference: the file holds something else
     numbers = tuple(node.index for node, _ in lights)
     return scene.with_(origin=Origin(source.file, numbers, content(scene), source.words))
 

@@ -36,7 +36,8 @@ def shape_of(shape: Node, matrix: Floats, material: Material) -> Mesh | Ellipsoi
             _plain(shape, material)
             return mesh_of(*CUBE, matrix @ shape.matrix(), shape, material)
         return mesh_of(*RECTANGLE, matrix @ shape.matrix(), shape, material, RECTANGLE_UV)
-    raise shape.refused(shape.plugin, ", ".join(("rectangle", "cube", "sphere", "instance", *FILES)))
+    way_on = "; --as-mesh puts a mesh in its place" * (shape.plugin == "cylinder")
+    raise shape.refused(shape.plugin, ", ".join(("rectangle", "cube", "sphere", "instance", *FILES)) + way_on)
 
 
 SMOOTH = 1e-3
