@@ -196,6 +196,9 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
     InputError
         If the numbers do not fit float32 even so.
     """
+    own = own_file(scene) is not None
+    if normalise or not own:  # of a file that is rendered itself, surfaces are not looked at
+        scene.refuse_textures("what is written for Mitsuba")
     placement = place(scene, normalise)
     notes: list[str] = []
     files = _Files(placement, folder, stem, notes)
@@ -224,7 +227,7 @@ def describe(scene: Scene, folder: Path, stem: str = "scene", normalise: bool = 
         notes.append("the camera is more than 10,000 scene sizes away: Mitsuba's float32 hit points lose digits")
     for light in scene.lights:
         notes += approximations(light)
-    own, limits = own_file(scene) is not None, []
+    limits: list[str] = []
     if normalise or own:
         seen = seen_box(scene)
         limits = close_blockers(scene, seen, placement.near) + coarse_lights(scene, seen)

@@ -1,4 +1,4 @@
-"""A scene that was read from a Mitsuba file is that file's as long as nothing of it is changed."""
+"""A scene that was read from a Mitsuba file, or dict, is that file's as long as nothing of it is changed."""
 
 from __future__ import annotations
 
@@ -17,4 +17,4 @@ def own_file(scene: Scene) -> dict[str, Any] | None:
     origin = scene.origin
     if origin is None or origin.content != content(scene):
         return None
-    return {"file": origin.file, "lights": list(origin.lights)}
+    return {"file": origin.file, "words": origin.words, "lights": list(origin.lights)}

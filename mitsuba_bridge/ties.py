@@ -70,9 +70,10 @@ def tied(scene: Scene) -> tuple[Bools, list[str]]:
 
 
 def _alike(scene: Scene, geometry: Geometry) -> Ints:
-    """A number for each row of the surface tables, the same for those that look the same: lights never do."""
-    kinds = {material: number for number, material in enumerate(dict.fromkeys(scene.materials))}
-    own = [kinds[material] for material in scene.materials]
+    """A number for each row of the surface tables, the same for those that look the same: lights and textures never."""
+    looks = [(m, -1 if m.texture is None else row) for row, m in enumerate(scene.materials)]
+    kinds = {look: number for number, look in enumerate(dict.fromkeys(looks))}
+    own = [kinds[look] for look in looks]
     return np.array([*own, *(len(kinds) + np.arange(geometry.light.size - len(own)))], dtype=np.int64)
 
 

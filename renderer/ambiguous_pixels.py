@@ -57,7 +57,10 @@ def near_edges(
     step = tolerance.angle / pixel_size(scene)
     near = np.zeros(x.shape, dtype=bool)
     for dx, dy in ((step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step)):
-        near |= _surface_changes(view, look(scene, geometry, x + dx, y + dy))
+        moved = look(scene, geometry, x + dx, y + dy)
+        near |= _surface_changes(view, moved)
+        if geometry.painted:
+            near |= _albedo_jumps(view, moved)
     for source in needs.sources:
         if not source.has_extent and not source.blockers.none:
             near[view.lit] |= _shadow_changes(source, view.points, tolerance)
@@ -73,6 +76,15 @@ def _surface_changes(view: View, moved: View) -> Bools:
     jump = np.abs(depth - other) > 1e-3 * depth / slant
     fold = dot(a.normal, b.normal) < 1 - 1e-3
     return (a.surface != b.surface) | (hit & (jump | fold))
+
+
+def _albedo_jumps(view: View, moved: View) -> Bools:
+    """Another texel of a texture whose texels are not smoothed."""
+    jumps, here, there = np.zeros(view.background.size, dtype=bool), *np.zeros((2, 3, view.background.size))
+    here[:, view.lit], there[:, moved.lit] = view.points.diffuse, moved.points.diffuse
+    both = np.intersect1d(view.lit, moved.lit)
+    jumps[both] = (np.abs(here - there)[:, both] > 1e-3).any(axis=0)
+    return jumps
 
 
 AWAY = -1e-6

@@ -63,11 +63,14 @@ class Origin:
         That program's numbers of our lights.
     content : str
         What the scene was when it was read: one that was changed since is that file's no more.
+    words : str
+        What it says, where it is no file.
     """
 
     file: str
     lights: tuple[int, ...]
     content: str
+    words: str = ""
 
 
 INTEGRATORS = ("analyticdirect", "direct")
@@ -139,6 +142,8 @@ class Scene:
             count = getattr(self, name)
             if not isinstance(count, int) or not 1 <= count <= 1 << 24:
                 raise InputError(name.replace("_", ""), count, "a whole number from 1 to 16777216")
+        if self.spp > 1 and self.is_textured:
+            raise InputError("spp", self.spp, "1, pixel centres: a texture varies inside a pixel")
         if self.integrator not in INTEGRATORS:
             raise InputError("integrator", self.integrator, " or ".join(INTEGRATORS))
         if self.stratify and math.isqrt(self.light_samples) ** 2 != self.light_samples:
@@ -161,6 +166,21 @@ class Scene:
     @property
     def is_glossy(self) -> bool:
         return any(material.is_glossy for material in self.materials)
+
+    @property
+    def is_textured(self) -> bool:
+        return any(mesh.uv is not None for mesh in self.meshes)
+
+    def refuse_textures(self, where: str) -> None:
+        """Refuse a scene with textures where they would be lost.
+
+        Raises
+        ------
+        InputError
+        """
+        for number, mesh in enumerate(self.meshes):
+            if mesh.uv is not None:
+                raise InputError("texture", f"of mesh {number + 1}", f"surfaces of one colour: {where} has no textures")
 
     def digest(self) -> str:
         """SHA-256 of everything that can change a pixel, as hex; names and warnings left out."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,6 +16,7 @@ from . import lobes
 from .errors import InputError
 from .lobes import Lambert, Lobe, Phong
 from .lobes.protocol import from_values, values_of
+from .texture import Texture
 from .validation import Vec3, colour, finite, vector
 
 Floats: TypeAlias = NDArray[np.floating[Any]]
@@ -37,6 +39,8 @@ class Material:
         Radiance seen directly, W m^-2 sr^-1. It is not a light.
     further : tuple of Lobe
         Lobes of other kinds, at most one of each; black ones are dropped.
+    texture : Texture, optional
+        The diffuse albedo where it varies; ``diffuse`` is then the most it is. Meshes with uv alone have one.
     """
 
     diffuse: Vec3 = (0.0, 0.0, 0.0)
@@ -44,8 +48,11 @@ class Material:
     shininess: float = 1.0
     emission: Vec3 = (0.0, 0.0, 0.0)
     further: tuple[Lobe, ...] = ()
+    texture: Texture | None = None
 
     def __post_init__(self) -> None:
+        if self.texture is not None:
+            object.__setattr__(self, "diffuse", self.texture.peak)
         for lobe in (Lambert(self.diffuse), Phong(self.specular, self.shininess)):
             for name, value in values_of(lobe).items():
                 object.__setattr__(self, name, value)
@@ -71,7 +78,7 @@ class Material:
 
     def __repr__(self) -> str:
         """With what it has: digests rest on it, and do not change where a kind of lobe is new."""
-        names = [*NAMED, "emission", *(("further",) if self.further else ())]
+        names = [*NAMED, "emission", *(name for name in ("further", "texture") if getattr(self, name))]
         return f"Material({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
 
 
@@ -105,11 +112,14 @@ class Mesh:
         Indices into ``vertices``; counter-clockwise seen from the front.
     material : Material
         Shared by all triangles.
+    uv : (2, v) float64, optional
+        Where each vertex is in its material's texture; none without one.
     """
 
     vertices: Floats
     triangles: NDArray[np.int64]
     material: Material = field(default_factory=Material)
+    uv: Floats | None = None
 
     def __post_init__(self) -> None:
         vertices = np.array(self.vertices, dtype=np.float64, order="C") + 0.0  # -0.0 as in finite
@@ -129,7 +139,12 @@ class Mesh:
         flat = np.flatnonzero(~has_area(*(vertices[:, corner] for corner in triangles)))
         if flat.size:
             raise InputError("mesh triangle", f"number {int(flat[0])}", "three corners that span an area")
-        for name, array in (("vertices", vertices), ("triangles", triangles)):
+        arrays = {"vertices": vertices, "triangles": triangles}
+        if self.material.texture is not None:
+            arrays["uv"] = _checked_uv(self.uv, vertices.shape[1])
+        elif self.uv is not None:
+            raise InputError("mesh uv", "given", "none without a texture")
+        for name, array in arrays.items():
             array.setflags(write=False)
             object.__setattr__(self, name, array)
 
@@ -139,6 +154,7 @@ class Mesh:
             and self.material == other.material
             and np.array_equal(self.vertices, other.vertices)
             and np.array_equal(self.triangles, other.triangles)
+            and (self.uv is None or other.uv is None or np.array_equal(self.uv, other.uv))
         )
 
     def __hash__(self) -> int:
@@ -150,6 +166,8 @@ class Mesh:
         told = hashlib.sha256(f"{self.vertices.shape},{self.triangles.shape},{self.material!r};".encode())
         told.update(self.vertices.data)
         told.update(self.triangles.data)
+        if self.uv is not None:
+            told.update(self.uv.data)
         return told.hexdigest()
 
     @property
@@ -157,6 +175,14 @@ class Mesh:
         """The three corners of every triangle, each (3, t)."""
         a, b, c = (self.vertices[:, index] for index in self.triangles)
         return a, b, c
+
+
+def _checked_uv(uv: Floats | None, count: int) -> Floats:
+    """What is built anew from a mesh with a texture, and forgets where it was, fails here and loses nothing."""
+    found = np.array(math.nan if uv is None else uv, dtype=np.float64, order="C")
+    if found.shape != (2, count) or not np.isfinite(found).all():
+        raise InputError("mesh uv", "none" if uv is None else found.shape, f"(2, {count}) finite, for a texture")
+    return found
 
 
 def has_area(a: Floats, b: Floats, c: Floats) -> NDArray[np.bool_]:
@@ -201,6 +227,8 @@ class Ellipsoid:
         if len(rows) != 3:
             raise InputError("sphere axes", self.axes, "a 3 x 3 matrix")
         object.__setattr__(self, "axes", rows)
+        if self.material.texture is not None:
+            raise InputError("sphere texture", self.material.texture, "one colour: meshes alone have textures")
         matrix = np.array(rows)
         scale = np.abs(matrix).max()
         if scale == 0 or np.linalg.svd(matrix / scale, compute_uv=False)[-1] < 1e-12:

@@ -45,9 +45,9 @@ SURFACES = 2000
 def same_strategy(scene: Scene, estimator: Estimator) -> str | None:
     """Mitsuba's sampler for the same strategy; None where it has none.
 
-    Nor has it strata like ours on every light.
+    Nor has it strata like ours on every light, nor textures where it is not the file itself that is rendered.
     """
-    if scene.spp > 1 or (estimator.stratified and not all(map(strata_alike, scene.lights))):
+    if scene.spp > 1 or scene.is_textured or (estimator.stratified and not all(map(strata_alike, scene.lights))):
         return None
     return STRATEGIES.get((estimator.name, estimator.stratified))
 

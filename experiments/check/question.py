@@ -87,6 +87,8 @@ def with_pixel_rule(scene: Scene, rule: PixelRule | None) -> Scene:
     """The scene with pixels by their centres or by their areas, on both renderers; None: as it says itself."""
     if rule is None:
         return scene
+    if rule == "area" and scene.is_textured:
+        raise InputError("pixel_rule", rule, "centre: a texture varies inside a pixel")
     return scene.with_(spp=1 if rule == "centre" else scene.spp if scene.spp > 1 else BOX_RAYS)
 
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
+from typing import Any
 
 from nusselt.experiments.scenes.catalogue import load
+from nusselt.mitsuba_bridge.own import read_mitsuba_dict
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
 from .question import PixelRule, with_pixel_rule
 
-SceneLike = str | PathLike[str] | Scene
+SceneLike = str | PathLike[str] | Scene | Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -27,23 +29,32 @@ class Reading:
         Surfaces reflect at their back too.
     as_diffuse : bool
         Of other programs' files: put diffuse surfaces in the place of others.
+    as_mesh : bool
+        Of Mitsuba's: put meshes in the place of cylinders.
     """
 
     lenient: bool = False
     two_sided: bool = False
     as_diffuse: bool = False
+    as_mesh: bool = False
 
     def scene(self, given: SceneLike, rule: PixelRule | None = None) -> Scene:
-        """A scene by file name, a classic one by its name, or the scene itself.
+        """A scene by file name, a classic one by its name, what `mi.load_dict` takes, or the scene itself.
 
         Raises
         ------
         InputError
             If it cannot be read.
         """
-        if not isinstance(given, str | PathLike | Scene):
-            raise InputError("scene", given, "a scene file, the name of a classic scene, or a Scene")
-        scene = given if isinstance(given, Scene) else load(str(given), self.lenient, self.as_diffuse)
+        if isinstance(given, Scene):
+            scene = given
+        elif isinstance(given, Mapping):
+            scene = read_mitsuba_dict(given, as_diffuse=self.as_diffuse, as_mesh=self.as_mesh)
+        elif isinstance(given, str | PathLike):
+            scene = load(str(given), self.lenient, self.as_diffuse, self.as_mesh)
+        else:
+            accepted = "a scene file, the name of a classic scene, a dict as Mitsuba takes it, or a Scene"
+            raise InputError("scene", given, accepted)
         return with_pixel_rule(scene.with_(two_sided=self.two_sided or scene.two_sided), rule)
 
 
@@ -84,6 +95,7 @@ _ALL = frozenset(
             "lenient",
             "two_sided",
             "as_diffuse",
+            "as_mesh",
             "pixel_rule",
             "margin",
         ),

@@ -52,6 +52,7 @@ def check(
     lenient: bool = False,
     two_sided: bool = False,
     as_diffuse: bool = False,
+    as_mesh: bool = False,
     reference: str | PathLike[str] | None = None,
     cache: str | PathLike[str] | None = None,
     transfer: str = "linear",
@@ -66,8 +67,8 @@ def check(
 
     Parameters
     ----------
-    *scenes : str, path or Scene
-        Scene files, names of classic scenes, or scenes.
+    *scenes : str, path, dict or Scene
+        Scene files, names of classic scenes, what `mi.load_dict` takes, or scenes.
     images : array, path, or a sequence of them, optional
         Somebody's images: arrays (h, w, 3) or files; of different seeds.
     renderer : callable or str, optional
@@ -78,7 +79,7 @@ def check(
         As in `nusselt.experiments.check.question.Question`.
     alpha : float
         False-alarm rate of all rows together.
-    lenient, two_sided, as_diffuse : bool
+    lenient, two_sided, as_diffuse, as_mesh : bool
         How a scene is read.
     reference, cache : path, optional
         A kept reference; a folder to keep references in, by content.
@@ -109,7 +110,7 @@ def check(
         tolerance=tolerance,
     )
     external = External(transfer, quantisation, renderer, image_type, runs, steps, run_timeout, noise)
-    reading = Reading(lenient, two_sided, as_diffuse)
+    reading = Reading(lenient, two_sided, as_diffuse, as_mesh)
     rows = [
         _Row(given, reading.scene(given, pixel_rule), replace(question, estimator=kind), {**said, "estimator": kind})
         for given in scenes
@@ -156,7 +157,7 @@ def _theirs(row: _Row, images: Any, judging: Judging) -> Comparison:
     if not isinstance(renderer, str):
         return judge_renderer(row.scene, FunctionRenderer(renderer, row.scene), judging)
     program = Program(renderer, judging.external.image_type, judging.external.run_timeout)
-    name = None if isinstance(row.given, Scene) else str(row.given)
+    name = str(row.given) if isinstance(row.given, str | PathLike) else None
     with ProgramRenderer(program, row.scene, name) as ready:
         return judge_renderer(row.scene, ready, judging)
 

@@ -35,7 +35,7 @@ def metamorphic(
 
     Parameters
     ----------
-    *scenes : str, path or Scene
+    *scenes : str, path, dict or Scene
     renderer : callable or str, optional
         ``f(scene, samples, seed)`` to an array (h, w, 3), a command with {output}, or "mitsuba".
     estimator : str, optional

@@ -79,15 +79,22 @@ class Picture:
 
 
 @known_arguments
-def read_scene(scene: SceneLike, *, lenient: bool = False, two_sided: bool = False, as_diffuse: bool = False) -> Scene:
-    """A scene from its file, or a classic one by its name.
+def read_scene(
+    scene: SceneLike,
+    *,
+    lenient: bool = False,
+    two_sided: bool = False,
+    as_diffuse: bool = False,
+    as_mesh: bool = False,
+) -> Scene:
+    """A scene from its file or from what `mi.load_dict` takes, or a classic one by its name.
 
     Raises
     ------
     InputError
         If there is no such file, or its content is not a scene.
     """
-    return Reading(lenient, two_sided, as_diffuse).scene(scene)
+    return Reading(lenient, two_sided, as_diffuse, as_mesh).scene(scene)
 
 
 @known_arguments
@@ -105,15 +112,16 @@ def render(
     lenient: bool = False,
     two_sided: bool = False,
     as_diffuse: bool = False,
+    as_mesh: bool = False,
 ) -> Picture:
     """Our image of a scene, as `nusselt render` makes it.
 
     Parameters
     ----------
-    scene : str, path or Scene
+    scene : str, path, dict or Scene
     estimator, samples, stratified, seed, shadow_origin, pixel_rule, tolerance, error
         As in `nusselt.experiments.check.draw.Drawing`.
-    lenient, two_sided, as_diffuse : bool
+    lenient, two_sided, as_diffuse, as_mesh : bool
         How the scene is read.
 
     Raises
@@ -122,6 +130,6 @@ def render(
         As the command line has it.
     """
     drawing = Drawing(estimator, samples, stratified, seed, shadow_origin, pixel_rule, tolerance, error)
-    read = Reading(lenient, two_sided, as_diffuse).scene(scene, pixel_rule)
+    read = Reading(lenient, two_sided, as_diffuse, as_mesh).scene(scene, pixel_rule)
     with worker_pool(None, PATIENCE) as pool:
         return Picture(draw(read, drawing, pool), read, drawing)

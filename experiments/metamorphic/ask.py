@@ -136,9 +136,13 @@ def ask(
 
     Raises
     ------
+    InputError
+        For a scene with textures.
     ProgramFailed
         If a program gives no image of a scene itself.
     """
+    for scene in scenes:
+        scene.refuse_textures("what is rendered beside it")
     made = [(scene, *one) for scene in scenes for one in relations_of(scene, source, asking)]
     level = Level(asking.alpha, max(1, sum(isinstance(related, Related) for _, _, related in made)))
     rows: list[Row] = []

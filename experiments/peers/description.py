@@ -67,8 +67,10 @@ def write_description(path: Path, scene: Scene) -> None:
 
 
 def _albedo(material: Material) -> tuple[float, ...]:
-    if material.is_glossy or max(material.emission) > 0:
-        raise InputError("material", material, "a diffuse surface without emission, which every peer has")
+    if material.is_glossy or max(material.emission) > 0 or material.texture is not None:
+        raise InputError(
+            "material", material, "a diffuse surface of one colour, without emission, which every peer has"
+        )
     return material.diffuse
 
 

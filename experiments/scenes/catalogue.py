@@ -81,7 +81,7 @@ def file_of(name: str) -> Path | None:
     return path if path.is_file() else None
 
 
-def load(name: str, lenient: bool = False, as_diffuse: bool = False) -> Scene:
+def load(name: str, lenient: bool = False, as_diffuse: bool = False, as_mesh: bool = False) -> Scene:
     """A scene by file name (our text, or what `OTHERS` lists), or a classic or generated one by its name.
 
     Raises
@@ -98,7 +98,8 @@ def load(name: str, lenient: bool = False, as_diffuse: bool = False) -> Scene:
         raise InputError("scene", name, "a scene file, or one of " + ", ".join((*CLASSIC, *GENERATED)))
     if path.suffix.lower() in OTHERS:
         module, reader = OTHERS[path.suffix.lower()]
-        found: Scene = getattr(import_module(module), reader)(path, as_diffuse=as_diffuse)
+        meshes = {"as_mesh": as_mesh} if path.suffix.lower() == ".xml" else {}
+        found: Scene = getattr(import_module(module), reader)(path, as_diffuse=as_diffuse, **meshes)
         return found
     if kind := kind_of(path):
         raise InputError("scene", f"a {kind.lstrip('.')} image", "a scene file, which is text", name)

@@ -105,6 +105,7 @@ reading_options = together(
     click.option("--lenient", is_flag=True, help="Warn of unknown commands in a scene instead of refusing it."),
     click.option("--two-sided", is_flag=True, help="Surfaces reflect at their back too, on both renderers."),
     click.option("--as-diffuse", is_flag=True, help="Of other programs' files: take other surfaces for diffuse."),
+    click.option("--as-mesh", is_flag=True, help="Of Mitsuba's files: take cylinders for meshes."),
 )
 
 sampling_options = together(

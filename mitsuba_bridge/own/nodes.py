@@ -6,7 +6,7 @@ import json
 import re
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,8 @@ from nusselt.mitsuba_bridge.reference import ask
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.validation import Vec3
 from nusselt.renderer.vectors import Floats, Ints
+
+from .source import Source
 
 SECONDS = 120.0
 """That Mitsuba may take to parse a file and load its meshes."""
@@ -39,8 +41,11 @@ class Node:
         Kind and value of each, by name.
     children : tuple of (str, Node)
         What it holds, by the names of its properties.
-    mesh : (vertices, faces, normals), optional
-        (3, n) float64, (3, m) int64 and (3, n) float64 of a shape that Mitsuba has loaded; no normals if it is faceted.
+    mesh : (vertices, faces, normals, uv), optional
+        (3, n) float64, (3, m) int64, (3, n) and (2, n) float64 of a shape that Mitsuba has loaded; no normals if it is
+        faceted.
+    texels : (3, h, w) float64, optional
+        Of a picture that Mitsuba has read, linear.
     unbuilt : InputError, optional
         Of a whole file: why Mitsuba parses it but does not make a scene of it.
     """
@@ -52,7 +57,8 @@ class Node:
     place: str
     properties: Mapping[str, tuple[str, Any]]
     children: tuple[tuple[str, Node], ...] = ()
-    mesh: tuple[Floats, Ints, Floats] | None = field(default=None, repr=False)
+    mesh: tuple[Floats, Ints, Floats, Floats] | None = field(default=None, repr=False)
+    texels: Floats | None = field(default=None, repr=False)
     unbuilt: InputError | None = field(default=None, repr=False)
 
     @property
@@ -134,8 +140,8 @@ class Node:
         return float(r), float(g), float(b)
 
 
-def read_nodes(*paths: Path) -> list[Node | InputError]:
-    """The scene node of each file, with all that it holds, or the error that Mitsuba has with it.
+def read_nodes(*sources: Source) -> list[Node | InputError]:
+    """The scene node of each source, with all that it holds, or the error that Mitsuba has with it.
 
     Raises
     ------
@@ -143,27 +149,30 @@ def read_nodes(*paths: Path) -> list[Node | InputError]:
         If Mitsuba cannot run here, or ends on one of them.
     """
     with tempfile.TemporaryDirectory(prefix="nusselt-") as folder:
-        job = {"task": "parse_own", "files": [str(path.resolve()) for path in paths]}
+        job = {"task": "parse_own", "sources": [asdict(source) for source in sources]}
         try:
             arrays, _ = ask(job, Path(folder), backend(), SECONDS)
         except ReferenceUnavailable as problem:
-            raise InputError("scene", _line(problem), "a scene that Mitsuba loads", str(paths[0])) from None
+            raise InputError("scene", _line(problem), "a scene that Mitsuba loads", sources[0].file) from None
     told = json.loads(arrays["told"].astype(np.uint8).tobytes())
-    return [_tree(entry, number, arrays, path) for number, (entry, path) in enumerate(zip(told, paths, strict=True))]
+    return [
+        _tree(entry, number, arrays, source.file)
+        for number, (entry, source) in enumerate(zip(told, sources, strict=True))
+    ]
 
 
 def _line(problem: object) -> str:
     return " ".join(str(problem).split())
 
 
-def _not_loaded(said: str, path: Path) -> InputError:
+def _not_loaded(said: str, path: str) -> InputError:
     """Mitsuba's own words, at the line that it names."""
     found = re.search(r"\(line (\d+), col \d+\): (.*)", said)
-    where, words = (f"{path}:{found[1]}", found[2]) if found else (str(path), said)
+    where, words = (f"{path}:{found[1]}", found[2]) if found else (path, said)
     return InputError("scene", "not loaded", f"what Mitsuba loads: {words}", where)
 
 
-def _tree(told: dict[str, Any], number: int, arrays: dict[str, Floats], path: Path) -> Node | InputError:
+def _tree(told: dict[str, Any], number: int, arrays: dict[str, Floats], path: str) -> Node | InputError:
     if "error" in told:
         return _not_loaded(_line(told["error"]), path)
 
@@ -174,7 +183,8 @@ def _tree(told: dict[str, Any], number: int, arrays: dict[str, Floats], path: Pa
         mesh = None
         key = f"{number}-{index}"
         if f"vertices{key}" in arrays:
-            mesh = arrays[f"vertices{key}"], arrays[f"faces{key}"].astype(np.int64), arrays[f"normals{key}"]
+            vertices, faces, normals, uv = (arrays[f"{what}{key}"] for what in ("vertices", "faces", "normals", "uv"))
+            mesh = vertices, faces.astype(np.int64), normals, uv
         return Node(
             index,
             entry["type"],
@@ -184,6 +194,7 @@ def _tree(told: dict[str, Any], number: int, arrays: dict[str, Floats], path: Pa
             {name: value for name, value in properties.items() if name not in held},
             tuple((name, made(k)) for name, k in held.items()),
             mesh,
+            arrays.get(f"texels{key}"),
         )
 
     why = told.get("unbuilt")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,9 +19,11 @@ from nusselt.renderer.vectors import Floats
 
 from .backs import two_sided
 from .camera import camera_of
+from .cylinder import cylinder_note, cylinder_of
 from .emitters import area_light, light_of
 from .nodes import Node, read_nodes
 from .shapes import shape_of
+from .source import Source
 from .surfaces import OwnSurface, surface_of
 
 Made = TypeVar("Made")
@@ -32,7 +34,7 @@ DIRECT = 2
 """max_depth of a path that ends at the first surface."""
 
 
-def read_mitsuba(path: Path, *, as_diffuse: bool = False) -> Scene:
+def read_mitsuba(path: Path, *, as_diffuse: bool = False, as_mesh: bool = False) -> Scene:
     """Read a Mitsuba scene file, in any version that the installed Mitsuba reads.
 
     Parameters
@@ -40,28 +42,46 @@ def read_mitsuba(path: Path, *, as_diffuse: bool = False) -> Scene:
     path : Path
     as_diffuse : bool
         Put diffuse surfaces in the place of those that are none, with a warning each.
+    as_mesh : bool
+        Put meshes in the place of cylinders, likewise.
 
     Returns
     -------
     Scene
-        With its `Origin`: Mitsuba's own reading of the file is then the reference.
+        With its `Origin`, unless something stands in another's place: Mitsuba's own reading of the file is then the
+        reference.
 
     Raises
     ------
     InputError
         If Mitsuba cannot load it, or for what is no direct lighting of our kinds, by name and line.
     """
-    (root,) = read_nodes(path)
+    return _read(Source.of_file(path), as_diffuse, as_mesh)
+
+
+def read_mitsuba_dict(given: Mapping[str, Any], *, as_diffuse: bool = False, as_mesh: bool = False) -> Scene:
+    """Read what `mi.load_dict` takes: as `read_mitsuba` reads a file, its places those in the dict.
+
+    Raises
+    ------
+    InputError
+        As for a file; also for objects that cannot leave the process that made them.
+    """
+    return _read(Source.of_dict(given), as_diffuse, as_mesh)
+
+
+def _read(source: Source, as_diffuse: bool, as_mesh: bool) -> Scene:
+    (root,) = read_nodes(source)
     if isinstance(root, InputError):
         raise root
-    scene = scene_of(root, path, as_diffuse)
+    scene = scene_of(root, source, as_diffuse, as_mesh)
     if root.unbuilt is not None:
         raise root.unbuilt
     return scene
 
 
-def scene_of(root: Node, path: Path, as_diffuse: bool) -> Scene:
-    """The scene of a file's nodes."""
+def scene_of(root: Node, source: Source, as_diffuse: bool = False, as_mesh: bool = False) -> Scene:
+    """The scene of a source's nodes."""
     sensors = list(root.of_kind("Sensor"))
     if not sensors:
         raise root.refused("no sensor", "one perspective sensor")
@@ -75,14 +95,18 @@ def scene_of(root: Node, path: Path, as_diffuse: bool) -> Scene:
     notes += _integrator(root)
     lights: list[tuple[Node, Light]] = [(node, _at(node, light_of, node)) for node in root.of_kind("Emitter")]
     bodies: list[tuple[Mesh | Ellipsoid, OwnSurface]] = []
+    replaced: list[str] = []
     for shape, matrix in _placed(root):
         surface = surface_of(shape, as_diffuse)
-        notes += surface.notes
+        replaced += surface.notes
         emitters = list(shape.of_kind("Emitter"))
         if emitters:
             lights.append((shape, _at(shape, area_light, shape, emitters[0], matrix @ shape.matrix())))
             if max(surface.material.diffuse) > 0:
                 notes.append(f"{shape.place}: {shape.title} emits; what it reflects is left out")
+        elif shape.plugin == "cylinder" and as_mesh:
+            replaced.append(cylinder_note(shape))
+            bodies.append((_at(shape, cylinder_of, shape, matrix, surface.material), surface))
         else:
             bodies.append((_at(shape, shape_of, shape, matrix, surface.material), surface))
     lights.sort(key=lambda entry: entry[0].index)
@@ -95,15 +119,18 @@ def scene_of(root: Node, path: Path, as_diffuse: bool) -> Scene:
         lights=tuple(light for _, light in lights),
         light_samples=16,
         stratify=True,
-        name=path.stem,
-        warnings=tuple(dict.fromkeys(notes)),
+        name=Path(source.file).stem,
+        warnings=tuple(dict.fromkeys((*replaced, *notes))),
     )
-    _refuse_far(scene, path)
+    _refuse_far(scene, source.file)
     sides = [s.two_sided for b, s in bodies if isinstance(b, Mesh)] + [
         s.two_sided for b, s in bodies if isinstance(b, Ellipsoid)
     ]
-    scene = scene.with_(two_sided=two_sided(scene, sides, "twosided", str(path)))
-    return scene.with_(origin=Origin(str(path.resolve()), tuple(node.index for node, _ in lights), content(scene)))
+    scene = scene.with_(two_sided=two_sided(scene, sides, "twosided", source.file))
+    if replaced:
+        return scene  # Mitsuba's rendering of what was read is the reference: the file holds something else
+    numbers = tuple(node.index for node, _ in lights)
+    return scene.with_(origin=Origin(source.file, numbers, content(scene), source.words))
 
 
 def _at(node: Node, make: Callable[..., Made], *given: Any) -> Made:
@@ -139,7 +166,7 @@ def _placed(root: Node) -> Iterator[tuple[Node, Floats]]:
                 yield member, shape.matrix()
 
 
-def _refuse_far(scene: Scene, path: Path) -> None:
+def _refuse_far(scene: Scene, where: str) -> None:
     """A scene so far from the origin that Mitsuba's numbers do not hold it."""
     geometry = build_geometry(scene)
     places = np.hstack((geometry.a, geometry.center))
@@ -148,4 +175,4 @@ def _refuse_far(scene: Scene, path: Path) -> None:
     away, size = farthest(geometry), float(np.ptp(places, axis=1).max())
     if away * SINGLE > 1e-5 * size > 0:
         held = f"{size:.3g} units at {away:.3g} from the origin"
-        raise InputError("scene", held, "one near the origin: single precision does not hold this one", str(path))
+        raise InputError("scene", held, "one near the origin: single precision does not hold this one", where)

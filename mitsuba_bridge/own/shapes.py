@@ -23,17 +23,21 @@ def shape_of(shape: Node, matrix: Floats, material: Material) -> Mesh | Ellipsoi
     if shape.plugin == "sphere":
         shape.only("center", "radius", "to_world", "flip_normals", *IGNORED)
         _not_flipped(shape)
+        _plain(shape, material)
         return _sphere(shape, matrix, material)
     if shape.plugin in FILES:
         shape.only(
             *("filename", "to_world", "face_normals", "flip_normals", "flip_tex_coords", "shape_index"), *IGNORED
         )
-        return mesh_of(*triangles_of(shape), matrix, shape, material)
+        return mesh_of(*triangles_of(shape), matrix, shape, material, None if shape.mesh is None else shape.mesh[3])
     if shape.plugin in ("rectangle", "cube"):
         shape.only("to_world", "flip_normals", *IGNORED)
-        vertices, faces = RECTANGLE if shape.plugin == "rectangle" else CUBE
-        return mesh_of(vertices, faces, matrix @ shape.matrix(), shape, material)
-    raise shape.refused(shape.plugin, ", ".join(("rectangle", "cube", "sphere", "instance", *FILES)))
+        if shape.plugin == "cube":
+            _plain(shape, material)
+            return mesh_of(*CUBE, matrix @ shape.matrix(), shape, material)
+        return mesh_of(*RECTANGLE, matrix @ shape.matrix(), shape, material, RECTANGLE_UV)
+    way_on = "; --as-mesh puts a mesh in its place" * (shape.plugin == "cylinder")
+    raise shape.refused(shape.plugin, ", ".join(("rectangle", "cube", "sphere", "instance", *FILES)) + way_on)
 
 
 SMOOTH = 1e-3
@@ -44,7 +48,7 @@ def triangles_of(shape: Node) -> tuple[Floats, Ints]:
     """What Mitsuba has loaded of a mesh, unless its shading normals bend light: ours are those of the faces."""
     if shape.mesh is None:
         raise shape.refused("no triangles", "a mesh that Mitsuba loads")
-    vertices, faces, normals = shape.mesh
+    vertices, faces, normals, _ = shape.mesh
     if normals.size:
         a, b, c = (vertices[:, k] for k in faces)
         flat = np.cross(b - a, c - a, axis=0)
@@ -81,15 +85,29 @@ def _sphere(shape: Node, matrix: Floats, material: Material) -> Ellipsoid:
     return ball(there, radius, material)
 
 
-def mesh_of(vertices: Floats, faces: Ints, matrix: Floats, shape: Node, material: Material) -> Mesh:
-    """A mesh moved; one that is mirrored keeps its outside outside, as Mitsuba's normals do."""
-    return Mesh(moved(matrix, vertices), outside_out(faces, matrix, shape.flag("flip_normals")), material)
+def _plain(shape: Node, material: Material) -> None:
+    if material.texture is not None:
+        raise shape.refused("a texture", f"one colour of a {shape.plugin}: rectangles and meshes with uv have textures")
+
+
+def mesh_of(
+    vertices: Floats, faces: Ints, matrix: Floats, shape: Node, material: Material, uv: Floats | None = None
+) -> Mesh:
+    """A mesh moved; one that is mirrored keeps its outside outside, as Mitsuba's normals do.
+
+    ``uv`` (2, v) is where vertices are in textures, if anywhere.
+    """
+    if material.texture is not None and (uv is None or not uv.size):
+        raise shape.refused("a texture", "a mesh with texture coordinates")
+    outside = outside_out(faces, matrix, shape.flag("flip_normals"))
+    return Mesh(moved(matrix, vertices), outside, material, None if material.texture is None else uv)
 
 
 RECTANGLE = (
     np.array([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0)]).T,
     np.array([(0, 1, 2), (0, 2, 3)]).T,
 )
+RECTANGLE_UV = RECTANGLE[0][:2] / 2 + 0.5
 _CORNERS = np.array(list(itertools.product((-1.0, 1.0), repeat=3))).T
 _FACES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 CUBE = (_CORNERS, np.array([t for a, b, c, d in _FACES for t in ((a, b, c), (a, c, d))]).T)

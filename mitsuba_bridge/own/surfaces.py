@@ -9,6 +9,7 @@ from nusselt.renderer.surfaces import Material
 from nusselt.renderer.validation import Vec3
 
 from .nodes import Node
+from .textures import texture_of
 
 DEFAULT = 0.5
 """Reflectance where none is said."""
@@ -53,6 +54,9 @@ def _surface(node: Node, as_diffuse: bool) -> OwnSurface:
         return OwnSurface(found.material, True, found.notes)
     if node.plugin == "diffuse":
         node.only("reflectance")
+        texture = texture_of(node, "reflectance")
+        if texture is not None:
+            return OwnSurface(Material(texture=texture), False)
         return OwnSurface(Material(diffuse=node.colour("reflectance", (DEFAULT,) * 3)), False)
     if node.plugin == PHONG:
         node.only("kd", "ks", "exponent")

@@ -60,13 +60,19 @@ def shading_points(
     facing = dot(normal, outgoing)
     behind = facing < -FACING_ULPS
     normal = np.where(behind, -normal, normal)
+    position = hits.position[:, index]
+    columns = {name: table[..., surface] for name, table in geometry.columns.items()}
+    for painted in geometry.painted:
+        corners = geometry.a, geometry.b, geometry.c
+        mine, albedo = painted.albedo(corners, hits.triangle[index], position)
+        columns["diffuse"][:, mine] = albedo
     return ShadingPoints(
-        position=hits.position[:, index],
+        position=position,
         normal=normal,
         outgoing=outgoing,
         mirror=2 * np.abs(facing) * normal - outgoing,
         lobes=geometry.lobes,
-        columns={name: table[..., surface] for name, table in geometry.columns.items()},
+        columns=columns,
         ellipsoid=np.where(behind, -1, hits.ellipsoid[index]),
         outside=np.zeros(index.size, dtype=bool) if outside is None else outside,
     )

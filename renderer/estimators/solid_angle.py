@@ -24,6 +24,8 @@ from .area import Area
 class SolidAngle(Area):
     """N directions per light: to quads and triangles by `lights/spherical_fan.py`, to the other kinds as `Area`.
 
+    To rectangles, where they are not small, by `lights/spherical_rectangle.py`, whose strata are quieter.
+
     Balls, skies and suns are sampled in solid angle there too.
     """
 

@@ -5,7 +5,7 @@ The bodies of lights are among them: they are seen, they block, and they reflect
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from nusselt.renderer.lobes import Lobe
 from nusselt.renderer.lobes.protocol import Columns, from_values, values_of
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import FlatDisk, Material
+from nusselt.renderer.texture import Painted
 from nusselt.renderer.vectors import Bools, Floats, Ints, cross
 
 
@@ -43,6 +44,8 @@ class Geometry:
         Surface tables of their parameters, by name: (3, s) or (s,).
     light : (s,) int64
         Index into ``scene.lights`` of the light this surface is, or -1.
+    painted : tuple of Painted
+        Meshes whose diffuse albedo varies; that of ``columns`` is the most it is.
     """
 
     a: Floats
@@ -62,6 +65,7 @@ class Geometry:
     lobes: tuple[type[Lobe], ...]
     columns: Columns
     light: Ints
+    painted: tuple[Painted, ...]
 
     @property
     def triangles(self) -> int:
@@ -125,7 +129,16 @@ def build_geometry(scene: Scene) -> Geometry:
         lobes=lobes,
         columns=columns,
         light=np.array(light_of, dtype=np.int64),
+        painted=tuple(_painted(scene)),
     )
+
+
+def _painted(scene: Scene) -> Iterator[Painted]:
+    first = 0
+    for mesh in scene.meshes:
+        if mesh.uv is not None and mesh.material.texture is not None:
+            yield Painted(first, mesh.uv[:, mesh.triangles], mesh.material.texture)
+        first += mesh.triangles.shape[1]
 
 
 def lobe_tables(surfaces: Sequence[Material]) -> tuple[tuple[type[Lobe], ...], Columns]:

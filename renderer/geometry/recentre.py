@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.surfaces import Mesh
 from nusselt.renderer.vectors import Floats
 
 
@@ -43,7 +42,7 @@ def near_origin(scene: Scene) -> Scene:
 
     return scene.with_(
         camera=replace(camera, position=moved(camera.position), target=moved(camera.target)),
-        meshes=tuple(Mesh(mesh.vertices - anchor[:, None], mesh.triangles, mesh.material) for mesh in scene.meshes),
+        meshes=tuple(replace(mesh, vertices=mesh.vertices - anchor[:, None]) for mesh in scene.meshes),
         ellipsoids=tuple(replace(ellipsoid, center=moved(ellipsoid.center)) for ellipsoid in scene.ellipsoids),
         lights=tuple(light.moved(anchor) for light in scene.lights),
         sensors=tuple(replace(sensor, position=moved(sensor.position)) for sensor in scene.sensors),

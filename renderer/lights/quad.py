@@ -20,6 +20,7 @@ from .facing import faced_by, solid_angle
 from .plain import Plain
 from .quad_patch import quad_patch
 from .spherical_fan import Outline, fan_beams
+from .spherical_rectangle import is_rectangle, rectangle_beams
 from .text import Text
 
 
@@ -88,7 +89,9 @@ class QuadLight(Plain):
         return d, self.worth(points, d) * (faced / u.shape[1])
 
     def solid_beams(self, points: Floats, u: Floats, v: Floats) -> tuple[Floats, Floats]:
-        return fan_beams(Outline(*self.columns, four=True), points, u, v, self.beams(points, u, v))
+        outline = Outline(*self.columns, four=True)
+        beams = rectangle_beams if is_rectangle(outline) else fan_beams
+        return beams(outline, points, u, v, self.beams(points, u, v))
 
     def worth(self, points: Floats, d: Floats) -> Floats:
         return solid_angle(cross(column(self.ab), column(self.ac)), d)

@@ -90,7 +90,7 @@ def render_area(
         If the estimator is random, or the tolerance is not in (0, 1).
     """
     _, geometry, needs = prepare(scene, everything)
-    refuse_noise(estimator, needs, tolerance, "pixels by area")
+    refuse_noise(scene, estimator, needs, tolerance, "an image of pixels by area")
     if is_crowded(geometry):
         image, error, evaluations, busy = render_crowded(scene, estimator, tolerance, executor)
         return AreaImage(image, error, tolerance, evaluations, 0, busy)

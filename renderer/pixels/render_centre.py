@@ -68,8 +68,9 @@ class _Work:
         return reflected(points, needs, still(self.estimator))
 
 
-def refuse_noise(estimator: Estimator, needs: Needs, tolerance: float, what: str) -> None:
-    """Refuse an estimator with noise in a scene of these needs, or a tolerance outside (0, 1)."""
+def refuse_noise(scene: Scene, estimator: Estimator, needs: Needs, tolerance: float, what: str) -> None:
+    """Refuse an estimator with noise in a scene of these needs, textures, or a tolerance outside (0, 1)."""
+    scene.refuse_textures(what)
     if not 0 < tolerance < 1:
         raise InputError("tolerance", tolerance, "a number in (0, 1)")
     if estimator.is_random(needs):
@@ -98,7 +99,7 @@ def render_centre(
         If the estimator is random, or the tolerance is not in (0, 1).
     """
     near, geometry, needs = prepare(scene)
-    refuse_noise(estimator, needs, tolerance, "interpolation")
+    refuse_noise(scene, estimator, needs, tolerance, "an image with interpolation")
     height, width = scene.height, scene.width
     view = look(near, geometry, *pixel_centres(range(width), range(height)))
     shade = CentreShader(scene, estimator, executor, tolerance)

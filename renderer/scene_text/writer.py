@@ -37,7 +37,7 @@ def write_scene(scene: Scene) -> str:
     Raises
     ------
     InputError
-        If ``output`` cannot be said in the format.
+        If ``output`` or a texture cannot be said in the format.
 
     Notes
     -----
@@ -48,6 +48,7 @@ def write_scene(scene: Scene) -> str:
     other axes: the image of the unit sphere under R1 diag R2 does not depend on the rotation R2, so only
     R1 diag is written.
     """
+    scene.refuse_textures("the format")
     kinds = tuple(dict.fromkeys(type(lobe) for material in scene.materials for lobe in material.lobes))
     vertices = itertools.count()
     groups = (

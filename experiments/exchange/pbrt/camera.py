@@ -42,7 +42,7 @@ def film_of(directive: Directive | None) -> tuple[int, int]:
         if directive.number(name, plain) != plain:
             raise directive.refused(f"{name} {directive.number(name, plain):g}", f"{plain:g}: radiance as it is", name)
     width, height = (
-        int(directive.number(name, size)) for name, size in zip(("xresolution", "yresolution"), SIZE, strict=True)
+        directive.whole(name, size) for name, size in zip(("xresolution", "yresolution"), SIZE, strict=True)
     )
     if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
         raise directive.refused(f"{width} x {height}", f"1 to {MAX_SIDE} pixels a side")

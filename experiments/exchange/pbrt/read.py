@@ -24,6 +24,13 @@ from .tokens import Directive, directives, read_text, tokens
 Made = TypeVar("Made")
 NO_PART = ("Sampler", "PixelFilter", "Accelerator")
 """Directives that change no pixel's mean: pixels are centres, or areas with `--pixel-rule area`."""
+OPTIONS = ("Camera", "Film", "Integrator", "WorldBegin", *NO_PART)
+"""Directives that pbrt has before WorldBegin alone, as VERIFY_OPTIONS in its scene.cpp says."""
+WORLD = (
+    *("AttributeBegin", "AttributeEnd", "ObjectBegin", "ObjectEnd", "ObjectInstance", "ReverseOrientation", "Shape"),
+    *("Material", "MakeNamedMaterial", "NamedMaterial", "AreaLightSource", "LightSource"),
+)
+"""Those that it has after it alone (VERIFY_WORLD)."""
 DEEPEST = 16
 """Of files that include files."""
 SPECTRAL = (
@@ -71,6 +78,9 @@ class _Reader:
     def take(self, directive: Directive) -> None:
         """One directive."""
         name = directive.name
+        if name in (OPTIONS if self.in_world else WORLD):
+            found, right = ("after", "before") if self.in_world else ("before", "after")
+            raise InputError(name, f"{found} WorldBegin", f"one {right} it, as pbrt has it", directive.where)
         if name in MOVES:
             self.state = move(self.state, directive)
         elif name in NO_PART:

@@ -78,11 +78,17 @@ class Directive:
             raise self.refused(f"{name}: {found.kind}", f"{' or '.join(kinds)} {name}", name)
         return np.array([number_of(value, f"{self.name} {name}", found.where) for value in found.values])
 
-    def number(self, name: str, default: float) -> float:
-        values = self.numbers(name, ("float", "integer"), np.array([default]))
+    def number(self, name: str, default: float, kinds: tuple[str, ...] = ("float", "integer")) -> float:
+        values = self.numbers(name, kinds, np.array([default]))
         if values.size != 1:
             raise self.refused(f"{name}: {values.size} values", "one", name)
         return float(values[0])
+
+    def whole(self, name: str, default: int) -> int:
+        value = self.number(name, default, ("integer",))
+        if value % 1:
+            raise self.refused(f"{name} {value:g}", "a whole number", name)
+        return int(value)
 
     def point(self, name: str, default: Vec3) -> Floats:
         values = self.numbers(name, ("point3", "point"), np.array(default))

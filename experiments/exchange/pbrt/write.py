@@ -34,6 +34,7 @@ def pbrt_text(scene: Scene) -> str:
     InputError
         For what pbrt has no equal of, or what it has other than the scene: one-sided surfaces are two-sided there.
     """
+    scene.refuse_textures("what is written for pbrt")
     for material in scene.materials:
         if material.is_glossy:
             raise InputError("surface", "glossy", "diffuse surfaces: pbrt has no Phong lobe")

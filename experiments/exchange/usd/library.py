@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from pxr import Gf, Tf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade
+from pxr import Gf, Tf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, UsdUtils
 
-__all__ = ["Gf", "Tf", "Usd", "UsdGeom", "UsdLux", "UsdRender", "UsdShade"]
+__all__ = ["Gf", "Tf", "Usd", "UsdGeom", "UsdLux", "UsdRender", "UsdShade", "UsdUtils"]

@@ -12,7 +12,7 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.validation import Vec3
 from nusselt.renderer.vectors import Floats
 
-from .library import Usd, UsdGeom
+from .library import Usd, UsdGeom, UsdShade
 
 
 @dataclass
@@ -45,8 +45,8 @@ class Prim:
         return InputError(self.kind or "prim", value, accepted, self.place)
 
     def get(self, name: str, default: Any = None) -> Any:
-        """An attribute at the earliest time that it has, or its default; connections are not followed."""
-        attribute = self.usd.GetAttribute(name)
+        """An attribute at the earliest time that it has, or its default; constants that are connected to it count."""
+        attribute = self._source(name)
         if not attribute:
             return default
         value = attribute.Get(Usd.TimeCode.EarliestTime())
@@ -69,10 +69,18 @@ class Prim:
         r, g, b = self._numbers(name, default, 3).tolist()
         return r, g, b
 
-    def connected(self, name: str) -> bool:
-        """Whether something else gives an attribute its value."""
+    def _source(self, name: str) -> Any:
+        """What gives an attribute its value: another's, where it is connected to one, directly or by others."""
         attribute = self.usd.GetAttribute(name)
-        return bool(attribute and attribute.HasAuthoredConnections())
+        if not attribute or not attribute.HasAuthoredConnections() or not UsdShade.Input.IsInput(attribute):
+            return attribute
+        sources = UsdShade.Input(attribute).GetValueProducingAttributes()
+        return sources[0] if sources else attribute
+
+    def connected(self, name: str) -> bool:
+        """Whether a shader's output gives an attribute its value, which is then no constant."""
+        source = self._source(name)
+        return bool(source and UsdShade.Output.IsOutput(source))
 
     def authored(self, name: str) -> bool:
         attribute = self.usd.GetAttribute(name)

@@ -15,7 +15,7 @@ from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import Ellipsoid, Mesh
 
 from .camera import camera_of
-from .library import Tf, Usd, UsdGeom, UsdLux
+from .library import Tf, Usd, UsdGeom, UsdLux, UsdUtils
 from .lights import light_of, mesh_light
 from .prims import Notes, Prim
 from .shapes import SHAPES, ellipsoid_of, triangles_of
@@ -115,9 +115,12 @@ class _Read:
 
 
 def scene_of(path: Path, as_diffuse: bool) -> Scene:
-    """The scene of a file's stage, at the earliest time that its attributes have."""
+    """The scene of a file's stage, at the earliest time that its attributes have; what usd-core warns of is said."""
+    listener = UsdUtils.CoalescingDiagnosticDelegate()  # while there is one, nothing goes to the standard error
     try:
-        return _scene_of(Usd.Stage.Open(str(path)), path, as_diffuse)
+        scene = _scene_of(Usd.Stage.Open(str(path)), path, as_diffuse)
+        warned = [f"{path}: usd-core: {_warning(problem)}" for problem in listener.TakeUncoalescedDiagnostics()]
+        return scene.with_(warnings=(*scene.warnings, *dict.fromkeys(warned)))
     except (Tf.ErrorException, UnicodeDecodeError) as error:  # values of a damaged file are unpacked late
         raise InputError("scene", "not opened", f"what usd-core opens: {_line(error)}", str(path)) from None
 
@@ -142,6 +145,11 @@ def _line(problem: object) -> str:
         return (first[1] if first else words)[:200]
     except UnicodeDecodeError:
         return "UTF-8"
+
+
+def _warning(problem: Any) -> str:
+    """Without addresses in memory."""
+    return re.sub(r" ?<0x[0-9a-f]+>", "", " ".join(problem.commentary.split()))[:200]
 
 
 def _seen(stage: Any, read: _Read) -> Iterator[Prim]:

@@ -18,6 +18,7 @@ PLAIN = {"metallic": 0.0, "opacity": 1.0, "clearcoat": 0.0}
 
 def material_of(prim: Prim, as_diffuse: bool, notes: Notes) -> Material:
     """What a prim reflects, diffuse, and what it emits, seen alone."""
+    _refuse_missing(prim)
     bound, _ = UsdShade.MaterialBindingAPI(prim.usd).ComputeBoundMaterial()
     if not bound:
         return Material(diffuse=_displayed(prim, notes))
@@ -30,6 +31,16 @@ def material_of(prim: Prim, as_diffuse: bool, notes: Notes) -> Material:
         notes.say(place, f"{name} is taken for diffuse")
         return Material(diffuse=GREY)
     return _preview(Prim(shader.GetPrim(), prim.file), as_diffuse, notes)
+
+
+def _refuse_missing(prim: Prim) -> None:
+    """usd-core passes over a binding to no Material, and takes what is bound above, or nothing."""
+    at = prim.usd
+    while at and not at.IsPseudoRoot():
+        for path in UsdShade.MaterialBindingAPI(at).GetDirectBindingRel().GetTargets():
+            if not UsdShade.Material.Get(at.GetStage(), path):
+                raise Prim(at, prim.file).refused(f"material:binding <{path}>", "the path of a Material that is there")
+        at = at.GetParent()
 
 
 def _preview(shader: Prim, as_diffuse: bool, notes: Notes) -> Material:

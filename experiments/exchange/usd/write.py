@@ -48,6 +48,7 @@ def usd_text(scene: Scene) -> str:
     InputError
         For what USD has no equal of: surfaces with a lobe besides Lambert's, spots, cosine lights.
     """
+    scene.refuse_textures("what is written as USD")
     materials = list(dict.fromkeys(scene.materials))
     for material in materials:
         if material.is_glossy:

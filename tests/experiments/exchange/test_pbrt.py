@@ -197,6 +197,9 @@ REFUSED = {
     "list": ('Shape "sphere" "float radius" [1\n', "a list that ends", 5),
     "number": ("Translate 1 2 0x3\n", "3 numbers", 5),
     "infinity": ("Translate 1 2 1e999\n", "finite decimal", 5),
+    "camera in the world": (CAMERA, "Camera = after WorldBegin", 5),
+    "film in the world": (HEAD, "Film = after WorldBegin", 5),
+    "world in the world": ("WorldBegin\n", "WorldBegin = after WorldBegin", 5),
     "medium": ('MediumInterface "a" ""\n', "MediumInterface", 5),
 }
 
@@ -213,7 +216,9 @@ def test_others_are_refused_by_line(tmp_path, name):
     ("head", "words"),
     [
         (HEAD + "WorldBegin\n", "Camera = missing"),
-        (HEAD + CAMERA, "WorldBegin = missing"),
+        (HEAD + CAMERA, "Shape = before WorldBegin"),
+        (HEAD.replace("40", "40.5") + CAMERA + "WorldBegin\n", "xresolution 40.5: expected a whole number"),
+        (HEAD.replace("integer x", "float x") + CAMERA + "WorldBegin\n", "integer xresolution"),
         (HEAD + CAMERA.replace("perspective", "realistic") + "WorldBegin\n", "perspective"),
         (HEAD.replace("rgb", "spectral") + CAMERA + "WorldBegin\n", "spectral"),
         (HEAD.replace("30\n", '30 "float iso" 50\n') + CAMERA + "WorldBegin\n", "iso 50"),

@@ -209,6 +209,29 @@ def test_surfaces_are_their_diffuse_colour(tmp_path):
     assert "metallic is left out" in told.warnings[0]
 
 
+@needs_usd
+def test_constants_are_followed_through_connections_and_what_a_shader_makes_is_none(tmp_path):
+    """A material's own input, and, where there is none to be found, the value beside the connection."""
+    tint = "color3f inputs:diffuseColor.connect = </M.inputs:tint>"
+    made = read(tmp_path, preview(tint, "color3f inputs:tint = (0.5, 0.25, 0.125)\n"))
+    assert made.ellipsoids[0].material.diffuse == (0.5, 0.25, 0.125)
+    own = read(tmp_path, preview(f"color3f inputs:diffuseColor = (0.25, 0.5, 0.5)\n{tint}"))
+    assert own.ellipsoids[0].material.diffuse == (0.25, 0.5, 0.5)
+    image = 'def Shader "T" {\nuniform token info:id = "UsdUVTexture"\nfloat3 outputs:rgb\n}\n'
+    with pytest.raises(InputError, match="diffuseColor that is connected"):
+        read(tmp_path, preview("color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>", image))
+
+
+@needs_usd
+def test_what_usd_core_warns_of_is_said_and_nothing_is_written_beside(tmp_path, capfd):
+    made = read(tmp_path, preview().replace(' (prepend apiSchemas = ["MaterialBindingAPI"])', ""))
+    (said,) = [note for note in made.warnings if "usd-core" in note]
+    assert said.startswith(f"{tmp_path}/a.usda: usd-core: Found material bindings on prim at path (/S)")
+    with pytest.raises(InputError, match=r"a\.usda: scene = not composed"):
+        read(tmp_path, 'def "R" (references = @./gone.usda@) {\n}\n')
+    assert capfd.readouterr() == ("", "")
+
+
 SHAPED = "ShapingAPI"
 REFUSED = {
     "cylinder": (light("CylinderLight"), "CylinderLight", "/L"),
@@ -226,6 +249,7 @@ REFUSED = {
     "curves": ('def BasisCurves "B" {\n}\n', "BasisCurves", "/B"),
     "glow": (f'def Mesh "M" (prepend apiSchemas = ["MeshLightAPI"]) {{\n{MESH}}}\n', "materialGlowTintsLight", "/M"),
     "ellipse": (light("DiskLight", MIRROR.replace("-1, 1", "2, 1")), "ellipse", "/L"),
+    "no material": (preview().replace("</M>", "</Gone>"), "material:binding </Gone>", "/S"),
     "shader": (preview().replace("UsdPreviewSurface", "Metal"), "--as-diffuse", "/M"),
     "varying": (
         f'def Mesh "M" {{\n{MESH}color3f[] primvars:displayColor = [(1,1,1), (0,0,0)]\n}}\n',
