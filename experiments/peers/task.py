@@ -20,7 +20,7 @@ from .departures import Departure, departures
 from .entrant import Effort, Entrant, of_images, of_peer, of_renderer
 from .environment import Environments
 from .peer import Peer
-from .renderer import PeerRenderer
+from .renderer import PeerRenderer, renderer_of
 
 YOURS = "yours"
 
@@ -110,7 +110,7 @@ def run_cross(
             if launch is None:
                 missing[peer.name] = f"not installed: {task.environments.status(peer)}"
                 continue
-            renderer = stack.enter_context(PeerRenderer(peer, launch, scene, task.timeout))
+            renderer = stack.enter_context(renderer_of(peer, launch, scene, task.timeout))
             try:
                 entrants.append(of_peer(renderer, task.effort, tell))
                 ready.append(renderer)

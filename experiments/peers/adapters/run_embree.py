@@ -11,7 +11,7 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from plain import Floats, Plain, ball_mesh, normal_area, outline, run  # type: ignore[import-not-found]
+from plain import RENDERING, Floats, Plain, ball_mesh, normal_area, outline, run  # type: ignore[import-not-found]
 
 LEVELS = 6
 """Of a ball's mesh: 81,920 triangles, whose middles lie 1e-4 radii inside."""
@@ -72,10 +72,18 @@ class Bodies:
 
 
 def render(
-    scene: Plain, samples: int = 64, seed: int = 0, offset: float = 1e-4, gap: float = 1e-4
+    scene: Plain, samples: int = 64, seed: int = 0, offset: float = 1e-4, gap: float = 1e-4, threads: int = 1
 ) -> tuple[Floats, str]:
-    """Image and version; offset in the scene's unit, gap a share of the way."""
-    bodies, rng, cells = Bodies(scene), np.random.default_rng(seed), math.isqrt(samples)
+    """Image and version; offset in the scene's unit, gap a share of the way. It has one thread, whatever is asked."""
+    bodies = Bodies(scene)
+    with RENDERING:
+        image = traced(scene, bodies, samples, seed, offset, gap)
+    return image.reshape(scene.height, scene.width, 3), f"embreex {version('embreex')}"
+
+
+def traced(scene: Plain, bodies: Bodies, samples: int, seed: int, offset: float, gap: float) -> Floats:
+    """Radiance (h * w, 3)."""
+    rng, cells = np.random.default_rng(seed), math.isqrt(samples)
     d = scene.centre_rays()
     number, position, normal = bodies.first_hits(scene.position, d)
     image = np.zeros(d.shape)
@@ -95,7 +103,7 @@ def render(
             free = bodies.free(x[on] + offset * n[on], (way[on] - offset * n[on]) * (1 - gap))
             found[on] += (term[on] * free)[:, None] * radiance
     image[shaded] = found * bodies.albedo[number[shaded]] / math.pi
-    return image.reshape(scene.height, scene.width, 3), f"embreex {version('embreex')}"
+    return image
 
 
 if __name__ == "__main__":
