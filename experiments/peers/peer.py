@@ -73,6 +73,8 @@ class Peer:
         Does as well; or alone, where there are no packages.
     within : str
         The module of a renderer that our own environment has and the bridge runs, without an adapter; "": any other.
+    timed, beware : str
+        What is taken for rendering; why its seconds are not to be held against another's without a thought.
     megabytes : int
         Of all that is installed, measured.
     """
@@ -89,6 +91,8 @@ class Peer:
     packages: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     program: OnPath | None = None
     within: str = ""
+    timed: str = ""
+    beware: str = ""
 
     @property
     def adapter(self) -> Path:

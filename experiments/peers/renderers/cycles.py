@@ -35,6 +35,8 @@ CYCLES = Peer(
         Setting("strength of a new world's background", "0", "1, of a grey of .05", {"world": None}),
         Setting("light_sampling_threshold", "0", ".01", {"threshold": None}),
     ),
+    timed="`render.render`, with synchronisation, BVH and EXR",
+    beware="samples surfaces too (MIS) and stands ready for all that a film needs; single precision",
     unequal=(
         "balls are meshes of 327,680 triangles with smooth normals",
         "parallelograms that are no rectangles are meshes that emit, 0.02 % dim and more in large units: scenes are "

@@ -25,5 +25,7 @@ LUXCORE = Peer(
             {"vertical": True},
         ),
     ),
+    timed="from Start to HasDone, with its BVH",
+    beware="traces paths: a lamp is met by chance too (MIS); Sobol; single precision",
     unequal=("balls are meshes of 81,920 triangles with smooth normals", "offsets of shadow rays of 1e-5 and more"),
 )
