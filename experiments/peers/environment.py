@@ -109,7 +109,10 @@ def packages_for(peer: Peer, version: str) -> list[str]:
     found = peer.packages.get(version) or peer.packages.get("")
     if found is None:
         known = " or ".join(peer.packages)
-        raise InputError("python", version, f"Python {known}, which {peer.title} is made for: name one with --python")
+        ways = " or ".join(
+            ("name one with --python", *([f"have {peer.program.name} on the PATH"] if peer.program else []))
+        )
+        raise InputError("python", version, f"Python {known}, which {peer.title} is made for: {ways}")
     return list(found)
 
 

@@ -73,6 +73,8 @@ class Peer:
         Does as well; or alone, where there are no packages.
     within : str
         The module of a renderer that our own environment has and the bridge runs, without an adapter; "": any other.
+    gloss : str
+        Why it cannot show Phong's lobe as ours is; "": it can.
     timed, beware : str
         What is taken for rendering; why its seconds are not to be held against another's without a thought.
     megabytes : int
@@ -91,6 +93,7 @@ class Peer:
     packages: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     program: OnPath | None = None
     within: str = ""
+    gloss: str = ""
     timed: str = ""
     beware: str = ""
 

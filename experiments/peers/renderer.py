@@ -19,6 +19,7 @@ from nusselt.experiments.external.program import ProgramFailed, Run, call
 from nusselt.experiments.images.formats import Raw
 from nusselt.experiments.images.read import raw_of
 from nusselt.experiments.results.document import package_versions
+from nusselt.experiments.scenes.catalogue import load
 from nusselt.experiments.workers import cores
 from nusselt.mitsuba_bridge.images import mitsuba_images
 from nusselt.mitsuba_bridge.process import ReferenceUnavailable
@@ -72,6 +73,8 @@ class PeerRenderer:
         """By the last image."""
 
     def __enter__(self) -> PeerRenderer:
+        if self.peer.gloss and self.scene.is_glossy:
+            raise InputError("material", "glossy", f"a diffuse one by {self.peer.title}: {self.peer.gloss}")
         self._folder = tempfile.TemporaryDirectory(prefix="nusselt-peer-")
         self._description = Path(self._folder.name, "scene.npz")
         write_description(self._description, self.scene)
@@ -130,3 +133,15 @@ def renderer_of(
     """A peer for one scene, whoever runs it."""
     kind = BridgeRenderer if peer.within else PeerRenderer
     return kind(peer, launch, scene, timeout, threads)
+
+
+def prove(peer: Peer, launch: list[str]) -> str:
+    """Render a few pixels, which packages that were installed may still not do; returns the renderer's version.
+
+    Raises
+    ------
+    ProgramFailed
+    """
+    with renderer_of(peer, launch, load("quad").with_(width=8, height=6)) as renderer:
+        renderer.run(1, 0)
+        return renderer.version

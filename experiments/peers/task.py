@@ -118,11 +118,11 @@ def run_cross(
             if launch is None:
                 missing[peer.name] = f"not installed: {task.environments.status(peer)}"
                 continue
-            renderer = stack.enter_context(renderer_of(peer, launch, scene, task.timeout))
             try:
+                renderer = stack.enter_context(renderer_of(peer, launch, scene, task.timeout))
                 entrants.append(of_peer(renderer, task.effort, tell))
                 ready.append(renderer)
-            except ProgramFailed as problem:
+            except (ProgramFailed, InputError) as problem:
                 missing[peer.name] = str(problem)
         if not entrants:
             told = "; ".join(f"{peer} is {why}" for peer, why in missing.items())

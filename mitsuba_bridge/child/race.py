@@ -61,8 +61,8 @@ def race(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Arr
             if errors[number, rank] <= job["enough"]:
                 break
         progress(number + 1, len(ways))
-    used, built = np.array(time.process_time()), np.array(built)
-    return {"seconds": seconds, "errors": errors, "first": first, "processor": processor, "used": used, "built": built}
+    found = {"seconds": seconds, "errors": errors, "first": first, "processor": processor}
+    return found | {"built": np.array(built), "used": np.array(time.process_time())}
 
 
 def _in_parts(draw: Draw, most: int) -> Draw:

@@ -36,11 +36,12 @@ class Plain:
         Triangles, their corners.
     thing : (t,) int
         Which mesh each triangle belongs to.
-    albedo : (m, 3)
-        Of each mesh.
+    albedo, specular : (m, 3)
+        Of each mesh: its Lambert and Phong parts.
+    shininess : (m,)
     spheres : (s, 4)
         Centre and radius.
-    sphere_albedo : (s, 3)
+    sphere_albedo, sphere_specular, sphere_shininess
     lights : (l, 3, 3)
         Corner and two edges; shines to the side -(ab x ac).
     radiance : (l, 3)
@@ -55,8 +56,12 @@ class Plain:
     corners: Floats
     thing: Floats
     albedo: Floats
+    specular: Floats
+    shininess: Floats
     spheres: Floats
     sphere_albedo: Floats
+    sphere_specular: Floats
+    sphere_shininess: Floats
     lights: Floats
     radiance: Floats
 

@@ -35,13 +35,17 @@ class Bodies:
         self.corners = np.concatenate([scene.corners, *lights, *balls])
         self.first_light = len(scene.corners)
         self.first_ball = self.first_light + 2 * len(scene.lights)
-        self.albedo = np.concatenate(
-            [
-                scene.albedo[scene.thing],
-                np.zeros((2 * len(scene.lights), 3)),
-                np.repeat(scene.sphere_albedo, len(faces), axis=0),
-            ]
-        )
+        dark = 2 * len(scene.lights)
+
+        def of_each(meshes: Floats, balls: Floats) -> Floats:
+            """Of each triangle."""
+            return np.concatenate(
+                [meshes[scene.thing], np.zeros((dark, *meshes.shape[1:])), np.repeat(balls, len(faces), 0)]
+            )
+
+        self.albedo = of_each(scene.albedo, scene.sphere_albedo)
+        self.specular = of_each(scene.specular, scene.sphere_specular)
+        self.shininess = of_each(scene.shininess, scene.sphere_shininess)
         self.ball = np.repeat(np.arange(len(scene.spheres)), len(faces))
         self.spheres = scene.spheres
         edges = self.corners[:, 1:] - self.corners[:, :1]
@@ -64,6 +68,20 @@ class Bodies:
         position[on] = ball[:, :3] + ball[:, 3:] * normal[on]
         normal[(d * normal).sum(axis=1) > 0] *= -1  # surfaces reflect on both sides
         return number, position, normal
+
+    def reflected(self, number: Floats, d: Floats, n: Floats, towards: Floats) -> Floats:
+        """BRDF (n, 3) of triangles seen along d and lit from a direction: Lambert's part and Phong's.
+
+        Phong's is specular (s + 2) / (2 pi) (r . w)^s, r the mirror direction of the viewer; 0 behind it.
+        """
+        found = self.albedo[number] / math.pi
+        on = np.flatnonzero(self.specular[number].any(axis=1))
+        if on.size:
+            s, mirror = self.shininess[number[on]], d[on] - 2 * (d[on] * n[on]).sum(axis=1)[:, None] * n[on]
+            cosine = (mirror * towards[on]).sum(axis=1)
+            lobe = np.where(cosine > 0, np.maximum(cosine, 0) ** s, 0) * (s + 2) / (2 * math.pi)
+            found[on] += lobe[:, None] * self.specular[number[on]]
+        return found
 
     def free(self, o: Floats, d: Floats) -> Floats:
         """Whether nothing is met from o to o + d, (n,)."""
@@ -91,7 +109,8 @@ def traced(scene: Plain, bodies: Bodies, samples: int, seed: int, offset: float,
         facing = (d * normal_area(light)[0]).sum(axis=1) < 0
         image[facing & ((number - bodies.first_light) // 2 == k)] = scene.radiance[k]
     shaded = (number >= 0) & ((number < bodies.first_light) | (number >= bodies.first_ball))
-    x, n, found = position[shaded], normal[shaded], np.zeros((int(shaded.sum()), 3))
+    x, n, met, seen = position[shaded], normal[shaded], number[shaded], d[shaded]
+    found = np.zeros(x.shape)
     for light, radiance in scene.lamps():
         front, area = normal_area(light)
         for i, j in np.ndindex(cells, cells):
@@ -101,8 +120,9 @@ def traced(scene: Plain, bodies: Bodies, samples: int, seed: int, offset: float,
             term = np.maximum((way * n).sum(axis=1), 0) * np.maximum(-(way @ front), 0) / r**4 * area / cells**2
             on = np.flatnonzero(term > 0)
             free = bodies.free(x[on] + offset * n[on], (way[on] - offset * n[on]) * (1 - gap))
-            found[on] += (term[on] * free)[:, None] * radiance
-    image[shaded] = found * bodies.albedo[number[shaded]] / math.pi
+            brdf = bodies.reflected(met[on], seen[on], n[on], way[on] / r[on, None])
+            found[on] += (term[on] * free)[:, None] * radiance * brdf
+    image[shaded] = found
     return image
 
 

@@ -35,6 +35,7 @@ CYCLES = Peer(
         Setting("strength of a new world's background", "0", "1, of a grey of .05", {"world": None}),
         Setting("light_sampling_threshold", "0", ".01", {"threshold": None}),
     ),
+    gloss="its glossy lobes are of microfacets: GGX, Beckmann, Ashikhmin-Shirley",
     timed="`render.render`, with synchronisation, BVH and EXR",
     beware="samples surfaces too (MIS) and stands ready for all that a film needs; single precision",
     unequal=(

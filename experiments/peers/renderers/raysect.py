@@ -30,6 +30,7 @@ RAYSECT = Peer(
         ),
         Setting("ray_important_path_weight", ".99", ".25: noise", {"path_weight": 0.25}),
     ),
+    gloss="its rough conductor is of microfacets (GGX), with Fresnel's factor",
     timed="`camera.observe`",
     beware="three spectral bins in double precision; samples the ball about a light, not its area",
     unequal=(

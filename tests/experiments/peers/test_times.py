@@ -1,22 +1,23 @@
 """Error against time: turns, what is kept, bounds said as bounds. No time is asserted."""
 
 import sys
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from builders import floor, lamp, scene
 
+from nusselt.experiments.check.estimators import noise_free
 from nusselt.experiments.external.program import ProgramFailed
 from nusselt.experiments.peers.documents import text
 from nusselt.experiments.peers.renderer import PeerRenderer
 from nusselt.experiments.peers.renderers import peer_of
-from nusselt.experiments.peers.times.measure import LONGEST, Times, measure, sides_of, truths_of
+from nusselt.experiments.peers.times.measure import LONGEST, Times, measure
 from nusselt.experiments.peers.times.rows import reached, stops_at, time_rows
-from nusselt.experiments.peers.times.sides import Lap, PeerSide, Truth
+from nusselt.experiments.peers.times.sides import Lap, PeerSide, Truth, _own
 from nusselt.experiments.results.document import document
 from nusselt.experiments.results.store import Store
+from nusselt.renderer.image import render
 
 SMALL = scene(floor(), lights=(lamp(),)).with_(width=12, height=9)
 SCRIPT = """
@@ -130,8 +131,9 @@ def test_a_peer_is_given_one_thread_and_tells_what_it_spent(tmp_path):
 
 def test_ours_is_measured_as_it_is_asked_for():
     """Pixels' centres are the exact image; their areas are as near to it as their tolerance."""
-    truths = truths_of(SMALL, np.ones((9, 12), dtype=bool))
-    with ExitStack() as stack:
-        centre, area = sides_of(SMALL, truths, [], stack)
-    assert centre.lap(0.0, 0, 0).error == 0
-    assert 0 < area.lap(1e-2, 0, 0).error < 1e-2
+    exact = noise_free(SMALL)
+    fine, _ = _own(SMALL, "area", exact, 1e-3)
+    coarse, spent = _own(SMALL, "area", exact, 5e-2)
+    assert 0 < Truth(fine, np.ones((9, 12), dtype=bool)).error(coarse) < 5e-2
+    assert min(spent) > 0
+    assert np.array_equal(_own(SMALL, "centre", exact, 0.0)[0], render(SMALL, exact).mean)
