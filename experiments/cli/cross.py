@@ -166,5 +166,7 @@ def _run(scenes: list[Scene], files: Sequence[str | None], task: Task, output: O
     for cross in crosses:
         if cross.times:
             told.print(times_table(cross.scene.name, cross.times))
+            for (name, rule), why in cross.times.failed.items():
+                told.print(f"{cross.scene.name}: times of {name}, {rule}, end: {why}", markup=False, soft_wrap=True)
     told.print(headline([cross.findings for cross in crosses]), markup=False)
     return exit_code([row for row in rows if "as_claimed" in row])

@@ -52,12 +52,17 @@ def _cost(row: Row) -> str:
 
 
 def times(rows: Sequence[Row]) -> list[str]:
-    """Seconds to each error, scene by scene."""
+    """Seconds to each error, scene by scene; what is timed, once."""
     found = [CAPTION]
     for scene in dict.fromkeys(row["scene"] for row in rows):
-        lines = [time_cells(row) for row in rows if row["scene"] == scene]
-        found += ["", f"`{scene}`:", "", *table(TIME_COLUMNS, lines)]
-    return found
+        lines = [time_cells(row)[:-1] for row in rows if row["scene"] == scene]
+        found += ["", f"`{scene}`:", "", *table(TIME_COLUMNS[:-1], lines)]
+    said = {row["renderer"]: (row["timed"], row["beware"]) for row in rows}
+    return [
+        *found,
+        "",
+        *table(["renderer", "what is timed", "beware"], [[name, *words] for name, words in said.items()]),
+    ]
 
 
 TABLES = {"cross": matrix, "departures": departures, "cross-times": times}

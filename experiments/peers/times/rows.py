@@ -22,8 +22,8 @@ BESIDE = "mitsuba"
 STOPPED = 0.7
 """Of the error: what four times the samples leave, or more, where a renderer stops getting better. Noise leaves a half,
 midpoints less."""
-UNTIL = {"measured": "", "more than": ">", "at most": "≤"}
-"""Signs of what is known of a time."""
+UNTIL = {"measured": "", "at most": "≤", "more than": ">"}
+"""Signs of what is known of a time, the worst last."""
 
 Reached = tuple[str, float]
 """One of `UNTIL`, and seconds."""
@@ -65,16 +65,17 @@ def _target(target: float, own: Mapping[int, Sequence[Lap]], other: Mapping[int,
     """Of one side at one target."""
     times = {number: reached(target, laps) for number, laps in own.items()}
     beside = {number: reached(target, laps) for number, laps in other.items()}
-    worst = max((word for word, _ in times.values()), key=list(UNTIL).index)
+    known = max((word for word, _ in times.values()), key=list(UNTIL).index)
+    seconds = [took for word, took in times.values() if word == known or known != "more than"]
     ratios = [
-        seconds / beside[number][1]
-        for number, (word, seconds) in times.items()
+        took / beside[number][1]
+        for number, (word, took) in times.items()
         if number in beside and word == beside[number][0] == "measured"
     ]
     return {
         "target": target,
-        "known": "more than" if any(word == "more than" for word, _ in times.values()) else worst,
-        "processor": float(np.median([seconds for _, seconds in times.values()])),
+        "known": known,
+        "processor": float((np.max if known == "more than" else np.median)(seconds)),
         "over_mitsuba": float(np.median(ratios)) if ratios else None,
         "over_mitsuba_range": [min(ratios), max(ratios)] if len(ratios) > 1 else None,
     }

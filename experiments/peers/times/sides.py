@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 from typing import Protocol
@@ -114,6 +115,8 @@ class PeerSide:
     def lap(self, size: float, round: int, seed: int) -> Lap:
         image = self.renderer.run(int(size), seed).raw.values
         spent = self.renderer.spent
+        if not math.isfinite(spent.processor):
+            raise ProgramFailed(f"{self.peer.title} does not say what rendering took")
         return Lap(size, round, self.truth.error(np.asarray(image, float)), spent.processor, spent.wall, spent.start)
 
 

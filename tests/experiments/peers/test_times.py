@@ -127,6 +127,12 @@ def test_a_peer_is_given_one_thread_and_tells_what_it_spent(tmp_path):
         assert renderer.version == "1 thread"
     assert (lap.processor, lap.wall, lap.start) == (16.0, 1.0, 3.0)
     assert lap.error == pytest.approx(1 / 16)
+    script.write_text(SCRIPT.replace(', spent=[1.0, said["samples"], 3.0]', ""))
+    with (
+        PeerRenderer(peer_of("radiance"), [sys.executable, str(script)], SMALL, threads=1) as renderer,
+        pytest.raises(ProgramFailed, match="does not say"),
+    ):
+        PeerSide(renderer, truth).lap(16, 0, 1)
 
 
 def test_ours_is_measured_as_it_is_asked_for():
