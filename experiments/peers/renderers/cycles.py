@@ -37,7 +37,7 @@ CYCLES = Peer(
     ),
     gloss="its glossy lobes are of microfacets: GGX, Beckmann, Ashikhmin-Shirley",
     timed="`render.render`, with synchronisation, BVH and EXR",
-    beware="samples surfaces too (MIS) and stands ready for all that a film needs; single precision",
+    beware="made for films' scenes and many cores; single precision",
     unequal=(
         "balls are meshes of 327,680 triangles with smooth normals",
         "parallelograms that are no rectangles are meshes that emit, 0.02 % dim and more in large units: scenes are "

@@ -27,6 +27,6 @@ LUXCORE = Peer(
     ),
     gloss="its glossy2 and metal2 are of microfacets, with Fresnel's factor",
     timed="from Start to HasDone, with its BVH",
-    beware="traces paths: a lamp is met by chance too (MIS); Sobol; single precision",
+    beware="made for light of many bounces; single precision",
     unequal=("balls are meshes of 81,920 triangles with smooth normals", "offsets of shadow rays of 1e-5 and more"),
 )

@@ -14,7 +14,7 @@ MITSUBA = Peer(
     within="mitsuba",
     megabytes=290,
     settings=(Setting("sampler", "multijitter", "independent: noise", {"sampler": "independent"}),),
-    timed="mi.render, its kernels compiled before",
-    beware="kernels, compiled for one thread of wide vectors, are start-up; light sampling alone, multijitter",
+    timed="`mi.render`, or rays through centres, kernels compiled before",
+    beware="compiling is start-up; light sampling alone, multijitter; its wavefronts are made for many cores",
     unequal=("single precision throughout; each sample picks one light",),
 )

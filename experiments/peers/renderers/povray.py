@@ -27,6 +27,6 @@ POVRAY = Peer(
     ),
     gloss="its phong is neither normalised nor under the cosine",
     timed="what POV-Ray calls trace time",
-    beware="midpoints, no noise: n x n spotlights for a light, where users take `area_light`",
+    beware="midpoints, no noise: n × n spotlights for a light, where users take `area_light`",
     unequal=("midpoint rule of n x n points on each light: its mean error falls as 1/n^2",),
 )

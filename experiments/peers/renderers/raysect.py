@@ -32,7 +32,7 @@ RAYSECT = Peer(
     ),
     gloss="its rough conductor is of microfacets (GGX), with Fresnel's factor",
     timed="`camera.observe`",
-    beware="three spectral bins in double precision; samples the ball about a light, not its area",
+    beware="spectral, in double precision; samples the ball about a light, not its area",
     unequal=(
         "emitters are sampled by the ball about them: very noisy",
         "rays start 1e-6 off (absolute), meshes are met at distances of single precision: scenes are made small",

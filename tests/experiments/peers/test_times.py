@@ -9,9 +9,13 @@ from builders import floor, lamp, scene
 
 from nusselt.experiments.check.estimators import noise_free
 from nusselt.experiments.external.program import ProgramFailed
+from nusselt.experiments.peers.cross import CrossQuestion, cross_check
 from nusselt.experiments.peers.documents import text
+from nusselt.experiments.peers.entrant import Entrant
+from nusselt.experiments.peers.page import cross_html
 from nusselt.experiments.peers.renderer import PeerRenderer
 from nusselt.experiments.peers.renderers import peer_of
+from nusselt.experiments.peers.tables import times_table
 from nusselt.experiments.peers.times.measure import LONGEST, Times, measure
 from nusselt.experiments.peers.times.rows import reached, stops_at, time_rows
 from nusselt.experiments.peers.times.sides import Lap, PeerSide, Truth, _own
@@ -53,6 +57,13 @@ class Known:
             raise ProgramFailed("it broke")
         self.asked.append((self.name, size, round))
         return Lap(size, round, max(1 / size, self.error), self.cost * size, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def stand_ins():
+    """A cross-check of the exact image itself."""
+    image = render(SMALL, noise_free(SMALL)).mean
+    return cross_check(SMALL, [Entrant("povray", "centre", image[None], 0 * image)], CrossQuestion())
 
 
 def laps(*pairs):
@@ -115,6 +126,14 @@ def test_ratios_are_to_mitsuba_of_the_same_round_and_bounds_have_none():
     page = text(document(list(rows.values()))["rows"])
     assert "| stuck | centres | 0 | > 10 |" in page
     assert "(2.5 [2, 3])" in page
+
+
+def test_the_page_has_the_table_and_the_figure(stand_ins):
+    times = Times({("povray", "centre"): laps((1.0, 0.1), (10.0, 1e-3))}, {("povray", "centre"): Known("povray", [])})
+    page = cross_html([replace(stand_ins, times=times)], document([], alpha=1e-3), "nusselt cross")
+    assert "Error against processor seconds" in page
+    assert "<td>&gt; 10</td>" in page
+    assert times_table("s", times).row_count == 1
 
 
 def test_a_peer_is_given_one_thread_and_tells_what_it_spent(tmp_path):
