@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from nusselt.experiments.results.schema import Row
 from nusselt.renderer.errors import InputError
 
 from .times.words import CAPTION, TIME_COLUMNS, time_cells
+
+WIDTH = 120
 
 
 def table(heads: Sequence[str], lines: Sequence[Sequence[str]]) -> list[str]:
@@ -53,7 +56,7 @@ def _cost(row: Row) -> str:
 
 def times(rows: Sequence[Row]) -> list[str]:
     """Seconds to each error, scene by scene; what is timed, once."""
-    found = [CAPTION]
+    found = textwrap.wrap(CAPTION, WIDTH)
     for scene in dict.fromkeys(row["scene"] for row in rows):
         lines = [time_cells(row)[:-1] for row in rows if row["scene"] == scene]
         found += ["", f"`{scene}`:", "", *table(TIME_COLUMNS[:-1], lines)]
