@@ -6,6 +6,7 @@ Only Embree's robust mode is left off, as it is for everybody who does not know 
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -51,12 +52,13 @@ DEFAULT = Way("independent", 1)
 
 @dataclass(frozen=True)
 class Lap:
-    """One image: its samples a pixel, seconds, and relative RMS error."""
+    """One image: its samples a pixel, seconds, relative RMS error, and seconds of all processors."""
 
     way: Way
     samples: int
     seconds: float
     error: float
+    processor: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ class Race:
     ----------
     laps : tuple of Lap
     once : dict
-        Seconds to import, to build the scene, and for each configuration's first image.
+        Seconds to import, to build the scene, and for each configuration's first image; of all processors for all.
     version, variant : str
     """
 
@@ -96,6 +98,7 @@ def run_race(
     longest: float = 10.0,
     enough: float = 0.0,
     timeout: float = 900.0,
+    threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     running: Backend | None = None,
 ) -> Race:
@@ -114,6 +117,8 @@ def run_race(
         Seconds that one image may be expected to take.
     enough : float
         Error from which no more samples are tried.
+    threads : int, optional
+        As many as there are processors, unless it says otherwise.
 
     Raises
     ------
@@ -137,14 +142,15 @@ def run_race(
             "longest": longest,
             "enough": enough,
             "at_once": AT_ONCE,
+            "threads": threads or 0,
         }
         arrays, told = ask(job, folder, running, timeout, progress, fresh=True)
     laps = [
-        Lap(way, samples, float(arrays["seconds"][i, j]), float(arrays["errors"][i, j]))
+        Lap(way, samples, *(float(arrays[name][i, j]) for name in ("seconds", "errors", "processor")))
         for i, (way, samples_of) in enumerate(zip(ways, sizes_of, strict=True))
         for j, samples in enumerate(samples_of)
         if np.isfinite(arrays["seconds"][i, j])
     ]
-    once = {"import": told["seconds"]["import"], "scene": float(arrays["built"])}
+    once = {"import": told["seconds"]["import"], "scene": float(arrays["built"]), "used": float(arrays["used"])}
     once["first images"] = {way.name: row.tolist() for way, row in zip(ways, arrays["first"], strict=True)}
     return Race(tuple(laps), once, str(told["version"]), str(told["variant"]))

@@ -20,10 +20,11 @@ from nusselt.experiments.peers.entrant import Effort
 from nusselt.experiments.peers.page import write_cross
 from nusselt.experiments.peers.peer import Peer
 from nusselt.experiments.peers.renderers import PEERS, peer_of
-from nusselt.experiments.peers.tables import departures_table, matrix_table
+from nusselt.experiments.peers.tables import departures_table, matrix_table, times_table
 from nusselt.experiments.peers.task import Brought, Task, run_cross
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.schema import Row
+from nusselt.experiments.results.store import Store
 from nusselt.experiments.results.tables import console
 from nusselt.experiments.scenes.sizes import at_width
 from nusselt.experiments.terminal.group import stop
@@ -72,6 +73,9 @@ yours_options = together(
 @click.option("--margin", type=float, default=2e-4, show_default=True, help="Relative bias that does not matter.")
 @click.option("--alpha", type=float, default=1e-3, show_default=True, help="Chance that any right renderer fails.")
 @click.option("--departures", is_flag=True, help="Measure what each setting costs that is left at its default.")
+@click.option(
+    "--times", is_flag=True, help="Measure error against time, one thread each, in as many rounds as --seeds."
+)
 @click.option("--timeout", type=float, default=600.0, show_default=True, help="Seconds of one image.")
 @reading_options
 @output_options
@@ -88,6 +92,7 @@ def command(
     margin: float,
     alpha: float,
     departures: bool,
+    times: bool,
     timeout: float,
     reading: Reading,
     output: Output,
@@ -99,8 +104,9 @@ def command(
     nusselt cross my.test --peers cycles
     nusselt cross my.test mine-1.exr mine-2.exr --pixel-rule area
     nusselt cross quad --departures
+    nusselt cross quad --times --out out
 
-    --out writes cross.html, results.json and the images.
+    --out writes cross.html, results.json and the images; --times goes on there where it was cut short.
     """
     names = [word for word in words if not is_image(word)]
     images = tuple(word for word in words if is_image(word))
@@ -114,6 +120,8 @@ def command(
         Brought(images, program, yours.pixel_rule, samples or Brought.samples),
         CrossQuestion(margin, alpha, len(names)),
         departures,
+        times,
+        Store(output.out / "laps" if output.out else None),
         timeout,
     )
     scenes = [at_width(reading.scene(name), width) for name in names]
@@ -155,5 +163,10 @@ def _run(scenes: list[Scene], files: Sequence[str | None], task: Task, output: O
             told.print(f"{cross.scene.name}: without {peer}: {why}", markup=False, soft_wrap=True)
     if task.measure_departures:
         told.print(departures_table(crosses))
+    for cross in crosses:
+        if cross.times:
+            told.print(times_table(cross.scene.name, cross.times))
+            for (name, rule), why in cross.times.failed.items():
+                told.print(f"{cross.scene.name}: times of {name}, {rule}, end: {why}", markup=False, soft_wrap=True)
     told.print(headline([cross.findings for cross in crosses]), markup=False)
     return exit_code([row for row in rows if "as_claimed" in row])

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import click
 
+from nusselt.experiments.external.program import ProgramFailed
 from nusselt.experiments.peers.environment import Environments, InstallFailed, default_folder
+from nusselt.experiments.peers.renderer import prove
 from nusselt.experiments.peers.renderers import PEERS, peer_of
 from nusselt.experiments.peers.tables import peers_table
 from nusselt.experiments.results.tables import console
@@ -46,12 +48,14 @@ def command(context: click.Context, environments: Path | None) -> None:
 @click.option("--python", default=sys.executable, help="A Python of the version that the peer is made for.")
 @click.pass_obj
 def install(environments: Environments, names: tuple[str, ...], python: str) -> None:
-    """Make the environment of each peer NAME from its pinned packages, outside ours."""
+    """Make the environment of each peer NAME from its pinned packages, outside ours, and try it on a few pixels."""
     peers = [peer_of(name) for name in names]
     for peer in peers:
         click.echo(f"{peer.title}: about {peer.megabytes} MB, {peer.licence}")
         try:
             packages = environments.install(peer, python)
-        except InstallFailed as problem:
+            click.echo(f"{peer.name}: {' '.join(packages)} in {environments.folder / peer.name}")
+            version = prove(peer, environments.launch(peer) or [])
+        except (InstallFailed, ProgramFailed) as problem:
             stop(f"{peer.name}: {problem}", 1)
-        click.echo(f"{peer.name}: {' '.join(packages)} in {environments.folder / peer.name}")
+        click.echo(f"{peer.name}: {version} renders; now: nusselt cross SCENE --peers {peer.name}")

@@ -20,6 +20,8 @@ from .clusters import Findings, Pairs, find_clusters
 from .compare import Difference, difference
 from .departures import Departure
 from .entrant import Entrant
+from .times.measure import Times
+from .times.rows import time_rows
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,8 @@ class Cross:
         Why a renderer is not there, by name.
     departures : tuple of Departure
         What settings cost that are left at their defaults, where it was asked for.
+    times : Times, optional
+        Error against time, where it was asked for.
     """
 
     scene: Scene
@@ -73,12 +77,13 @@ class Cross:
     findings: Findings
     missing: dict[str, str] = field(default_factory=dict)
     departures: tuple[Departure, ...] = ()
+    times: Times | None = None
 
     def rows(self, question: CrossQuestion, command: str) -> list[Row]:
-        """A row for each renderer, as `results.json` has them."""
-        return [_row(self, entrant, question, command) for entrant in self.entrants] + [
-            departure.row(self.scene.name) for departure in self.departures
-        ]
+        """A row for each renderer, each setting left, and each side of the times, as `results.json` has them."""
+        rows = [_row(self, entrant, question, command) for entrant in self.entrants]
+        rows += [departure.row(self.scene.name) for departure in self.departures]
+        return rows + (time_rows(self.scene.name, self.times) if self.times else [])
 
 
 def cross_check(

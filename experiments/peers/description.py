@@ -8,6 +8,7 @@ where its renderer's epsilons ask for it.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,13 +33,14 @@ def describe(scene: Scene) -> dict[str, Floats]:
     dict
         ``size`` (2,) width and height; ``fov`` vertical, degrees; ``position``, ``look``, ``right``, ``up`` (3,) of
         the camera, the last three unit; ``corners`` (t, 3, 3) of the triangles and ``thing`` (t,) their mesh's number;
-        ``albedo`` (m, 3) of the meshes; ``spheres`` (s, 4) centre and radius, ``sphere_albedo`` (s, 3); ``lights``
-        (l, 3, 3) corner, ab and ac, shining to the side -(ab x ac), black behind; ``radiance`` (l, 3).
+        ``albedo`` (m, 3) of the meshes, and of their Phong lobes (see `Material`) ``specular`` (m, 3) and
+        ``shininess`` (m,); ``spheres`` (s, 4) centre and radius, ``sphere_albedo`` and so on; ``lights`` (l, 3, 3)
+        corner, ab and ac, shining to the side -(ab x ac), black behind; ``radiance`` (l, 3).
 
     Raises
     ------
     InputError
-        If the scene has what is no plain diffuse surface or parallelogram light.
+        If the scene has what is no plain surface of diffuse and Phong's parts, or no parallelogram light.
     """
     axes = (unit(axis)[:, 0] for axis in view_frame(scene))
     corners = [np.stack(mesh.corners).transpose(2, 0, 1) for mesh in scene.meshes]
@@ -51,9 +53,9 @@ def describe(scene: Scene) -> dict[str, Floats]:
         **dict(zip(("look", "right", "up"), axes, strict=True)),
         "corners": np.concatenate([np.zeros((0, 3, 3)), *corners]),
         "thing": np.repeat(np.arange(len(corners)), [len(triangles) for triangles in corners]),
-        "albedo": np.array([_albedo(mesh.material) for mesh in scene.meshes]).reshape(-1, 3),
+        **_surfaces("", [mesh.material for mesh in scene.meshes]),
         "spheres": spheres,
-        "sphere_albedo": np.array([_albedo(ball.material) for ball in scene.ellipsoids]).reshape(-1, 3),
+        **_surfaces("sphere_", [ball.material for ball in scene.ellipsoids]),
         "lights": lights,
         "radiance": np.array([light.colour for light in scene.lights]).reshape(-1, 3),
     }
@@ -66,12 +68,17 @@ def write_description(path: Path, scene: Scene) -> None:
     np.savez(path, **arrays)
 
 
-def _albedo(material: Material) -> tuple[float, ...]:
-    if material.is_glossy or max(material.emission) > 0 or material.texture is not None:
-        raise InputError(
-            "material", material, "a diffuse surface of one colour, without emission, which every peer has"
-        )
-    return material.diffuse
+def _surfaces(prefix: str, materials: Sequence[Material]) -> dict[str, Floats]:
+    for material in materials:
+        if material.further or max(material.emission) > 0 or material.texture is not None:
+            raise InputError(
+                "material", material, "a diffuse or Phong's surface of one colour, without emission, as peers have them"
+            )
+    return {
+        f"{prefix}albedo": np.array([material.diffuse for material in materials]).reshape(-1, 3),
+        f"{prefix}specular": np.array([material.specular for material in materials]).reshape(-1, 3),
+        f"{prefix}shininess": np.array([material.shininess for material in materials]),
+    }
 
 
 def _light(light: object) -> tuple[tuple[float, ...], ...]:

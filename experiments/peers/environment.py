@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 from nusselt.renderer.errors import InputError
@@ -40,7 +41,9 @@ class Environments:
     folder: Path
 
     def launch(self, peer: Peer) -> list[str] | None:
-        """The words that run a peer's adapter, before its arguments; None where the peer is missing."""
+        """The words that run a peer's adapter, before its arguments, none where it needs none; None: it is missing."""
+        if peer.within:
+            return [] if find_spec(peer.within) else None
         python = self._python(peer)
         if (self.folder / peer.name / MARK).is_file() and python.exists():
             return [str(python), str(peer.adapter)]
@@ -56,6 +59,8 @@ class Environments:
         words = self.launch(peer)
         if words is None:
             return " or ".join(how_to_have(peer))
+        if not words:
+            return f"in {sys.prefix}"
         return words[0] if words[0] != sys.executable else str(shutil.which(peer.program.name if peer.program else ""))
 
     def _python(self, peer: Peer) -> Path:
@@ -88,6 +93,7 @@ class Environments:
 def how_to_have(peer: Peer) -> list[str]:
     """What a user does to have it."""
     ways = [f"nusselt peers install {peer.name}"] if peer.packages else []
+    ways += [f"pip install {peer.within}"] if peer.within else []
     return ways + ([peer.program.source] if peer.program else [])
 
 
@@ -103,7 +109,10 @@ def packages_for(peer: Peer, version: str) -> list[str]:
     found = peer.packages.get(version) or peer.packages.get("")
     if found is None:
         known = " or ".join(peer.packages)
-        raise InputError("python", version, f"Python {known}, which {peer.title} is made for: name one with --python")
+        ways = " or ".join(
+            ("name one with --python", *([f"have {peer.program.name} on the PATH"] if peer.program else []))
+        )
+        raise InputError("python", version, f"Python {known}, which {peer.title} is made for: {ways}")
     return list(found)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from nusselt.experiments.files import folder_name, replacing
 from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.images.write import write_image
+from nusselt.experiments.results.figures import save
 from nusselt.experiments.results.pictures import RANGE, colour_difference
 from nusselt.experiments.results.report.offline import asset, template
 
@@ -21,6 +22,9 @@ from .clusters import headline
 from .cross import Cross
 from .entrant import Entrant
 from .tables import departure_rows
+from .times.measure import Times
+from .times.rows import time_figure, time_rows
+from .times.words import CAPTION, TIME_COLUMNS, time_cells
 
 LEAST = 1e-4
 """Of the mean: a difference's colours never show less."""
@@ -31,6 +35,8 @@ def write_cross(folder: Path, crosses: Sequence[Cross], results: dict[str, Any],
     for cross in crosses:
         place = folder / folder_name(cross.scene.name)
         write_image(place / "exact.exr", cross.arbiter.truths["centre"].reference.mean)
+        if cross.times:
+            save(time_figure(cross.scene.name, cross.times), place, "times")
         for entrant in cross.entrants:
             write_image(place / f"{folder_name(entrant.name)}.exr", entrant.images.mean(axis=0))
     with replacing(folder / "cross.html") as beside:
@@ -74,8 +80,17 @@ def _scene(cross: Cross) -> dict[str, Any]:
             for name in names
         ],
         "exact": _picture(to_levels(cross.arbiter.truths["centre"].reference.mean).transpose(1, 2, 0)),
+        "times": None if cross.times is None else _times(cross.scene.name, cross.times),
         "shots": [_shot(cross, entrant) for entrant in cross.entrants],
     }
+
+
+def _times(scene: str, times: Times) -> dict[str, Any]:
+    """Table and figure of error against time."""
+    stream = io.BytesIO()
+    time_figure(scene, times).savefig(stream, dpi=110)
+    rows = [time_cells(row) for row in time_rows(scene, times)]
+    return {"columns": TIME_COLUMNS, "rows": rows, "caption": CAPTION, "figure": _address(stream.getvalue())}
 
 
 def _shot(cross: Cross, entrant: Entrant) -> dict[str, Any]:
@@ -99,4 +114,8 @@ def _picture(levels: np.ndarray[Any, Any]) -> str:
 
     stream = io.BytesIO()
     Image.fromarray(np.asarray(levels, dtype=np.uint8)).save(stream, "PNG", optimize=True)
-    return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
+    return _address(stream.getvalue())
+
+
+def _address(png: bytes) -> str:
+    return "data:image/png;base64," + base64.b64encode(png).decode()

@@ -52,7 +52,7 @@ class OnPath:
 
 @dataclass(frozen=True)
 class Peer:
-    """A renderer that shares no code with ours.
+    """A renderer that is not ours.
 
     Parameters
     ----------
@@ -71,6 +71,12 @@ class Peer:
         Pinned, by the version of Python they are made for; "" for any. Empty where only a program does.
     program : OnPath, optional
         Does as well; or alone, where there are no packages.
+    within : str
+        The module of a renderer that our own environment has and the bridge runs, without an adapter; "": any other.
+    gloss : str
+        Why it cannot show Phong's lobe as ours is; "": it can.
+    timed, beware : str
+        What is taken for rendering; why its seconds are not to be held against another's without a thought.
     megabytes : int
         Of all that is installed, measured.
     """
@@ -86,6 +92,10 @@ class Peer:
     megabytes: int
     packages: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     program: OnPath | None = None
+    within: str = ""
+    gloss: str = ""
+    timed: str = ""
+    beware: str = ""
 
     @property
     def adapter(self) -> Path:

@@ -14,6 +14,9 @@ from nusselt.experiments.results.tables import COLOURS
 from .cross import Cross
 from .environment import Environments
 from .peer import Peer
+from .times.measure import Times
+from .times.rows import time_rows
+from .times.words import CAPTION, TIME_COLUMNS, time_cells
 
 
 def peers_table(peers: Sequence[Peer], environments: Environments) -> Table:
@@ -62,6 +65,17 @@ def departures_table(crosses: Sequence[Cross]) -> Table:
         table.add_column(column, overflow="fold")
     for row in departure_rows(crosses):
         table.add_row(*map(escape, row))
+    return table
+
+
+def times_table(scene: str, times: Times) -> Table:
+    """Seconds of rendering to each error, and to Mitsuba's."""
+    table = Table(box=box.SIMPLE, title=f"{scene}: processor seconds to an error", caption=CAPTION)
+    rows = time_rows(scene, times)
+    for column in TIME_COLUMNS:
+        table.add_column(column, overflow="fold")
+    for row in rows:
+        table.add_row(*map(escape, time_cells(row)))
     return table
 
 

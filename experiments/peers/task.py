@@ -12,6 +12,7 @@ from nusselt.experiments.check.check import Progress
 from nusselt.experiments.check.question import PixelRule
 from nusselt.experiments.external.program import Program, ProgramFailed, ProgramRenderer
 from nusselt.experiments.images.read import read_image
+from nusselt.experiments.results.store import Store
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
@@ -20,9 +21,11 @@ from .departures import Departure, departures
 from .entrant import Effort, Entrant, of_images, of_peer, of_renderer
 from .environment import Environments
 from .peer import Peer
-from .renderer import PeerRenderer
+from .renderer import PeerRenderer, renderer_of
+from .times.measure import Times, measure, sides_of, truths_of
 
 YOURS = "yours"
+NOWHERE = Store(None)
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,9 @@ class Task:
     brought : Brought
     question : CrossQuestion
     measure_departures : bool
+    measure_times : bool
+    laps : Store
+        Where laps are kept, and found again.
     timeout : float
         Seconds of one image.
     """
@@ -68,6 +74,8 @@ class Task:
     brought: Brought
     question: CrossQuestion
     measure_departures: bool = False
+    measure_times: bool = False
+    laps: Store = NOWHERE
     timeout: float = 600.0
 
     def runs(self) -> int:
@@ -110,11 +118,11 @@ def run_cross(
             if launch is None:
                 missing[peer.name] = f"not installed: {task.environments.status(peer)}"
                 continue
-            renderer = stack.enter_context(PeerRenderer(peer, launch, scene, task.timeout))
             try:
+                renderer = stack.enter_context(renderer_of(peer, launch, scene, task.timeout))
                 entrants.append(of_peer(renderer, task.effort, tell))
                 ready.append(renderer)
-            except ProgramFailed as problem:
+            except (ProgramFailed, InputError) as problem:
                 missing[peer.name] = str(problem)
         if not entrants:
             told = "; ".join(f"{peer} is {why}" for peer, why in missing.items())
@@ -122,7 +130,8 @@ def run_cross(
             raise InputError("peers", ", ".join(missing) or "none", f"{accepted}{told and f' ({told})'}")
         found = cross_check(scene, entrants, task.question, executor, progress)
         left = _departures(ready, found, task, tell) if task.measure_departures else ()
-    return replace(found, missing=missing, departures=left)
+        times = _times(ready, found, task, executor, progress) if task.measure_times else None
+    return replace(found, missing=missing, departures=left, times=times)
 
 
 def _departures(
@@ -130,6 +139,20 @@ def _departures(
 ) -> tuple[Departure, ...]:
     measure = partial(departures, arbiter=found.arbiter, effort=task.effort, margin=task.question.margin, tell=tell)
     return tuple(one for renderer in ready for one in measure(renderer))
+
+
+def _times(
+    ready: Sequence[PeerRenderer], found: Cross, task: Task, executor: Executor | None, progress: Progress | None
+) -> Times:
+    def tell(done: int, total: int) -> None:
+        if progress:
+            progress("times", done, total)
+
+    scene = found.scene
+    truths = truths_of(scene, found.arbiter.shaded, executor)
+    with ExitStack() as stack:
+        sides = sides_of(scene, truths, ready, stack)
+        return measure(scene, sides, task.effort.seeds, task.effort.seed, task.laps, tell)
 
 
 def _brought(scene: Scene, file: str | None, task: Task) -> list[Entrant]:

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 
@@ -29,12 +30,14 @@ LONG = 5.0
 
 
 def race(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Array]:
-    """Seconds and errors: arrays (configurations, sizes), NaN where a size was left out.
+    """Seconds, processors' seconds and errors: arrays (configurations, sizes), NaN where a size was left out.
 
     A configuration's next size is left out when it would take longer than the job's ``longest`` seconds, or when the
     last one's error was ``enough``.
     """
     description, ways, sizes = job["description"], job["ways"], job["sizes"]
+    if job["threads"]:
+        dr.set_thread_count(job["threads"])
     started = time.perf_counter()
     scene = mi.load_dict(scene_dict(description, folder, EVERY, robust=False))
     built = time.perf_counter() - started
@@ -42,7 +45,7 @@ def race(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Arr
         truth, judged = kept["truth"], kept["judged"].astype(bool)
     norm = float((truth[:, judged] ** 2).sum())
     shape = len(ways), max(map(len, sizes))
-    seconds, errors, first = (np.full(shape, np.nan) for _ in range(3))
+    seconds, errors, first, processor = (np.full(shape, np.nan) for _ in range(4))
     for number, (way, ladder) in enumerate(zip(ways, sizes, strict=True)):
         camera = description["camera"]
         draw = _in_parts(_draw(scene, description, way), max(1, job["at_once"] // (camera["width"] * camera["height"])))
@@ -50,15 +53,16 @@ def race(job: dict[str, Any], folder: Path, progress: Progress) -> dict[str, Arr
             if rank and seconds[number, rank - 1] * samples / ladder[rank - 1] > job["longest"]:
                 break
             seed = int(np.random.SeedSequence([job["seed"], number, rank]).generate_state(1)[0])
-            image, first[number, rank] = _timed(draw, samples, seed)
+            image, first[number, rank], processor[number, rank] = _timed(draw, samples, seed)
             seconds[number, rank] = first[number, rank]
             if first[number, rank] < LONG:
-                image, seconds[number, rank] = _timed(draw, samples, seed)
+                image, seconds[number, rank], processor[number, rank] = _timed(draw, samples, seed)
             errors[number, rank] = np.sqrt(((image - truth)[:, judged] ** 2).sum() / norm)
             if errors[number, rank] <= job["enough"]:
                 break
         progress(number + 1, len(ways))
-    return {"seconds": seconds, "errors": errors, "first": first, "built": np.array(built)}
+    found = {"seconds": seconds, "errors": errors, "first": first, "processor": processor}
+    return found | {"built": np.array(built), "used": np.array(time.process_time())}
 
 
 def _in_parts(draw: Draw, most: int) -> Draw:
@@ -74,10 +78,10 @@ def _in_parts(draw: Draw, most: int) -> Draw:
     return drawn
 
 
-def _timed(draw: Draw, samples: int, seed: int) -> tuple[Array, float]:
-    started = time.perf_counter()
+def _timed(draw: Draw, samples: int, seed: int) -> tuple[Array, float, float]:
+    started, used = time.perf_counter(), time.process_time()
     image = draw(samples, seed)
-    return image, time.perf_counter() - started
+    return image, time.perf_counter() - started, time.process_time() - used
 
 
 def _draw(scene: Any, description: dict[str, Any], way: dict[str, Any]) -> Draw:

@@ -25,6 +25,8 @@ OLD = (
     *("width", "height", "radius", "angle"),
 )
 """Names of a light's inputs before USD 21.02, which say nothing now."""
+WHITE = 6500.0
+"""Kelvin of a light that has a colour temperature and does not say which."""
 STOPS = 500
 """Most of an exposure: beyond, radiance leaves double precision."""
 WHOLE = 90.0
@@ -32,14 +34,14 @@ WHOLE = 90.0
 
 
 def _emitted(prim: Prim) -> Vec3:
-    if prim.get("inputs:enableColorTemperature", False):
-        raise prim.refused("enableColorTemperature", "a colour alone: inputs:color")
     exposure = prim.number("inputs:exposure", 0.0)
     if abs(exposure) > STOPS:
         raise prim.refused(f"inputs:exposure {exposure:g}", f"-{STOPS} to {STOPS}")
     scale = prim.number("inputs:intensity", 1.0) * 2.0**exposure
-    r, g, b = prim.colour("inputs:color", (1.0, 1.0, 1.0))
-    return scale * r, scale * g, scale * b
+    colour = np.array(prim.colour("inputs:color", (1.0, 1.0, 1.0)))
+    if prim.get("inputs:enableColorTemperature", False):  # Blender 5 says so of every lamp
+        colour = colour * np.array(UsdLux.BlackbodyTemperatureAsRgb(prim.number("inputs:colorTemperature", WHITE)))
+    return triple(scale * colour)
 
 
 def _normalised(prim: Prim, light: Light, notes: Notes) -> Light:

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import json
 import math
+import resource
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -34,11 +36,12 @@ class Plain:
         Triangles, their corners.
     thing : (t,) int
         Which mesh each triangle belongs to.
-    albedo : (m, 3)
-        Of each mesh.
+    albedo, specular : (m, 3)
+        Of each mesh: its Lambert and Phong parts.
+    shininess : (m,)
     spheres : (s, 4)
         Centre and radius.
-    sphere_albedo : (s, 3)
+    sphere_albedo, sphere_specular, sphere_shininess
     lights : (l, 3, 3)
         Corner and two edges; shines to the side -(ab x ac).
     radiance : (l, 3)
@@ -53,8 +56,12 @@ class Plain:
     corners: Floats
     thing: Floats
     albedo: Floats
+    specular: Floats
+    shininess: Floats
     spheres: Floats
     sphere_albedo: Floats
+    sphere_specular: Floats
+    sphere_shininess: Floats
     lights: Floats
     radiance: Floats
 
@@ -141,8 +148,31 @@ def words(values: Floats) -> str:
     return " ".join(f"{float(value):.17g}" for value in np.ravel(values))
 
 
+class Timed:
+    """Seconds of all ``with`` blocks under it: by the clock, and of processors, this process's and its children's."""
+
+    def __init__(self) -> None:
+        self.spent = np.zeros(2)
+
+    @staticmethod
+    def now() -> Floats:
+        used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+        return np.array([time.perf_counter(), sum(one.ru_utime + one.ru_stime for one in used)])
+
+    def __enter__(self) -> None:
+        self._began = self.now()
+
+    def __exit__(self, *_: object) -> None:
+        self.spent += self.now() - self._began
+
+
+RENDERING = Timed()
+"""What adapters take for rendering; all else is start-up."""
+
+
 def run(render: Callable[..., tuple[Floats, str]], scale: float = 1.0) -> None:
-    """Read a description, render it so many times as large, write the image (h, w, 3) and the version of what made it.
+    """Read a description, render it so many times as large, write the image (h, w, 3), the version of what made it, and
+    what that took.
 
     Described scenes reach 1 to 2 units from the origin. The scale is chosen so that a renderer's own epsilons are small
     against the scene, and large against its rounding.
@@ -151,5 +181,7 @@ def run(render: Callable[..., tuple[Floats, str]], scale: float = 1.0) -> None:
     with np.load(source) as arrays:
         scene = Plain(**{name: arrays[name] for name in arrays.files})
     image, version = render(scene.scaled(scale), **json.loads(options))
+    wall, processor = RENDERING.spent
+    spent = np.array([wall, processor, RENDERING.now()[1] - processor])
     with open(target, "wb") as file:
-        np.savez(file, image=np.asarray(image, dtype=np.float64), version=np.array(version))
+        np.savez(file, image=np.asarray(image, dtype=np.float64), version=np.array(version), spent=spent)

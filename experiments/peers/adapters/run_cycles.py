@@ -18,7 +18,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))  # Blender runs a script without its folder
 
-from plain import Floats, Plain, ball_mesh, normal_area, outline, run  # type: ignore[import-not-found]
+from plain import RENDERING, Floats, Plain, ball_mesh, normal_area, outline, run  # type: ignore[import-not-found]
 
 LEVELS = 7
 BOUNCES = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "volume_bounces")
@@ -38,7 +38,7 @@ DEFAULTS: dict[str, Any] = {
 """What the adapter says of Cycles's settings; None leaves what Cycles does if it is not asked."""
 
 
-def start(scene: Plain, samples: int, seed: int, said: dict):  # type: ignore[no-untyped-def,type-arg]
+def start(scene: Plain, samples: int, seed: int, threads: int, said: dict):  # type: ignore[no-untyped-def,type-arg]
     """An empty Blender scene with its camera and settings."""
     import bpy  # type: ignore[import-not-found]
     from mathutils import Matrix  # type: ignore[import-not-found]
@@ -61,7 +61,7 @@ def start(scene: Plain, samples: int, seed: int, said: dict):  # type: ignore[no
         if value is not None:
             setattr(cycles, name, value)
     made.render.resolution_x, made.render.resolution_y = scene.width, scene.height
-    made.render.resolution_percentage, made.render.threads_mode, made.render.threads = 100, "FIXED", 2
+    made.render.resolution_percentage, made.render.threads_mode, made.render.threads = 100, "FIXED", threads
     made.world = bpy.data.worlds.new("dark")
     made.world.use_nodes = True  # a new world shines: its background is grey
     if said["world"] is not None:
@@ -169,7 +169,8 @@ def pixels(made) -> Floats:  # type: ignore[no-untyped-def]
         settings = made.render.image_settings
         settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGB", "32"
         made.render.filepath = str(Path(folder, "image.exr"))
-        bpy.ops.render.render(write_still=True)
+        with RENDERING:
+            bpy.ops.render.render(write_still=True)
         image = bpy.data.images.load(made.render.filepath)
         image.colorspace_settings.name = "Non-Color"
         found = np.empty(len(image.pixels), np.float32)
@@ -178,12 +179,12 @@ def pixels(made) -> Floats:  # type: ignore[no-untyped-def]
     return found.reshape(height, width, image.channels)[::-1, :, :3]
 
 
-def render(scene: Plain, samples: int = 64, seed: int = 0, **options: Any) -> tuple[Floats, str]:
+def render(scene: Plain, samples: int = 64, seed: int = 0, threads: int = 2, **options: Any) -> tuple[Floats, str]:
     """Image and version; options as in `DEFAULTS`."""
     import bpy
 
     said = DEFAULTS | options
-    made = start(scene, samples, seed, said)
+    made = start(scene, samples, seed, threads, said)
     for corners, albedo in scene.meshes():
         mesh(made, corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), surface(albedo))
     vertices, faces = ball_mesh(LEVELS)

@@ -12,7 +12,7 @@ import time
 from typing import Any
 
 import numpy as np
-from plain import Floats, Plain, ball_mesh, outline, run  # type: ignore[import-not-found]
+from plain import RENDERING, Floats, Plain, ball_mesh, outline, run  # type: ignore[import-not-found]
 
 LEVELS = 6
 Properties = dict[str, list[Any]]
@@ -69,7 +69,9 @@ def scene_properties(scene: Plain, rows: float, vertical: bool) -> Properties:
     return found
 
 
-def film_properties(scene: Plain, samples: int, seed: int, depth: int | None, filter: str | None) -> Properties:
+def film_properties(
+    scene: Plain, samples: int, seed: int, threads: int, depth: int | None, filter: str | None
+) -> Properties:
     """How it is rendered; None leaves a default."""
     found: Properties = {
         "renderengine.type": ["PATHCPU"],
@@ -77,7 +79,7 @@ def film_properties(scene: Plain, samples: int, seed: int, depth: int | None, fi
         "film.width": [scene.width],
         "film.height": [scene.height],
         "sampler.type": ["SOBOL"],
-        "native.threads.count": [2],
+        "native.threads.count": [threads],
         "batch.haltspp": [samples],
         "film.outputs.0.type": ["RGB"],
         "film.outputs.0.filename": ["unused.exr"],
@@ -93,6 +95,7 @@ def render(
     scene: Plain,
     samples: int = 64,
     seed: int = 0,
+    threads: int = 2,
     rows: float = 1.0,
     depth: int | None = 1,
     filter: str | None = "NONE",
@@ -112,13 +115,14 @@ def render(
     pyluxcore.SetLogHandler(lambda line: None)
     made = pyluxcore.Scene()
     made.Parse(properties(scene_properties(scene, rows, vertical)))
-    film = properties(film_properties(scene, samples, seed, depth, filter) | {"film.outputs.0.type": [output]})
+    film = properties(film_properties(scene, samples, seed, threads, depth, filter) | {"film.outputs.0.type": [output]})
     session = pyluxcore.RenderSession(pyluxcore.RenderConfig(film, made))
-    session.Start()
-    while not session.HasDone():
-        time.sleep(0.02)
-        session.UpdateStats()
-    session.Stop()
+    with RENDERING:
+        session.Start()
+        while not session.HasDone():
+            time.sleep(0.005)
+            session.UpdateStats()
+        session.Stop()
     image = np.zeros((scene.height, scene.width, 3), dtype=np.float32)
     session.GetFilm().GetOutputFloat(getattr(pyluxcore.FilmOutputType, output), image)
     return image[::-1], f"LuxCore {pyluxcore.Version()}"

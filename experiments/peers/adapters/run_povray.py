@@ -7,12 +7,13 @@ and tightness 1 has exactly the cosine, and fade_power 2 with a tiny fade_distan
 from __future__ import annotations
 
 import math
+import re
 import subprocess
 import tempfile
 from pathlib import Path
 
 import numpy as np
-from plain import Floats, Plain, normal_area, outline, run  # type: ignore[import-not-found]
+from plain import RENDERING, Floats, Plain, normal_area, outline, run  # type: ignore[import-not-found]
 
 FADE, OFF = 1e-3, 1e-5
 """The distance at which a light has half of its colour twice over; how far in front of the emitter it stands."""
@@ -69,6 +70,12 @@ def lamps(light: Floats, radiance: Floats, cells: int, lamp: str, fade: bool) ->
     return [f"light_source {{ {vector(middle)} color rgb {vector(colour)} {area_light} {lamp} {falling} }}"]
 
 
+def traced(said: str) -> Floats:
+    """What POV-Ray says of tracing: seconds by the clock, and of processors; NaN where it does not."""
+    found = re.search(r"Trace Time:.*\(([\d.]+) seconds\)\s+using \d+ thread\(s\) with ([\d.]+) CPU-seconds", said)
+    return np.array([float(value) for value in found.groups()] if found else [math.nan, math.nan])
+
+
 def grid(cells: int) -> list[tuple[int, ...]]:
     """Numbers of the cells."""
     return list(np.ndindex(cells, cells))
@@ -78,6 +85,7 @@ def render(
     scene: Plain,
     samples: int = 256,
     seed: int = 0,
+    threads: int = 2,
     lamp: str = "spots",
     fade: bool = True,
     ambient: float = 0.0,
@@ -91,11 +99,9 @@ def render(
         source, target = Path(folder, "scene.pov"), Path(folder, "image.exr")
         source.write_text(text(scene, math.isqrt(samples), lamp, fade, ambient, diffuse))
         size = (f"+W{scene.width}", f"+H{scene.height}")
-        subprocess.run(
-            [program, f"+I{source}", f"+O{target}", "+FE", *size, "-D", "-P", "-A", "+WT2"],
-            check=True,
-            capture_output=True,
-        )
+        words = [program, f"+I{source}", f"+O{target}", "+FE", *size, "-D", "-P", "-A", f"+WT{threads}"]
+        done = subprocess.run(words, check=True, capture_output=True, text=True)
+        RENDERING.spent += traced(done.stderr)
         with OpenEXR.File(str(target)) as file:
             pixels = np.asarray(next(iter(file.channels().values())).pixels, dtype=float)[..., :3]
     said = subprocess.run([program, "--version"], capture_output=True, text=True)

@@ -14,7 +14,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from plain import Floats, Plain, outline, run, words  # type: ignore[import-not-found]
+from plain import RENDERING, Floats, Plain, outline, run, words  # type: ignore[import-not-found]
 
 PLAIN = ("-h", "-fdf", "-ab", "0", "-av", "0", "0", "0", "-aa", "0", "-lr", "1")
 
@@ -41,6 +41,7 @@ def render(
     scene: Plain,
     samples: int = 256,
     seed: int = 0,
+    threads: int = 1,
     cells: int = 0,
     triangles: bool = False,
     sampling: tuple[float, ...] = (0, 0, 0, 1),
@@ -62,8 +63,9 @@ def render(
             [home / "bin" / "oconv", place / "scene.rad"], env=environment, check=True, capture_output=True
         )
         (place / "scene.oct").write_bytes(tree.stdout)
-        trace = [str(home / "bin" / "rtrace"), *PLAIN, *direct, str(place / "scene.oct")]
-        traced = subprocess.run(trace, input=rays.tobytes(), env=environment, check=True, capture_output=True)
+        trace = [str(home / "bin" / "rtrace"), "-n", str(threads), *PLAIN, *direct, str(place / "scene.oct")]
+        with RENDERING:
+            traced = subprocess.run(trace, input=rays.tobytes(), env=environment, check=True, capture_output=True)
         said = subprocess.run([home / "bin" / "rtrace", "-version"], env=environment, capture_output=True, text=True)
     image = np.frombuffer(traced.stdout, "<f4").reshape(scene.height, scene.width, 3)
     return image, said.stdout.strip() or "Radiance"

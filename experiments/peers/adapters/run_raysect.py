@@ -9,7 +9,7 @@ from __future__ import annotations
 from importlib.metadata import version
 
 import numpy as np
-from plain import Floats, Plain, normal_area, outline, run  # type: ignore[import-not-found]
+from plain import RENDERING, Floats, Plain, normal_area, outline, run  # type: ignore[import-not-found]
 
 BEHIND = 1e-4
 """How far behind an emitter its plate stands, in the scene's unit."""
@@ -57,13 +57,14 @@ def render(
     scene: Plain,
     samples: int = 16,
     seed: int = 0,
+    threads: int = 1,
     one_sided: bool = True,
     cosine_undone: bool = True,
     path_weight: float = 0.99,
     vertical: bool = False,
     depth: int = 2,
 ) -> tuple[Floats, str]:
-    """Image and version."""
+    """Image and version. It has one thread, whatever is asked: of several, seeds do not repeat."""
     from raysect.core import AffineMatrix3D
     from raysect.core.math.random import seed as set_seed  # type: ignore[import-not-found]
     from raysect.core.workflow import SerialEngine  # type: ignore[import-not-found]
@@ -84,7 +85,8 @@ def render(
     camera.ray_important_path_weight = path_weight
     camera.quiet, camera.render_engine = True, SerialEngine()
     set_seed(seed + 1)
-    camera.observe()
+    with RENDERING:
+        camera.observe()
     image = np.asarray(pipeline.frame.mean).transpose(1, 0, 2)
     if cosine_undone:
         y, x = np.mgrid[0 : scene.height, 0 : scene.width] + 0.5

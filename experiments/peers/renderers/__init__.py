@@ -8,11 +8,12 @@ from nusselt.renderer.errors import InputError
 from .cycles import CYCLES
 from .embree import EMBREE
 from .luxcore import LUXCORE
+from .mitsuba import MITSUBA
 from .povray import POVRAY
 from .radiance import RADIANCE
 from .raysect import RAYSECT
 
-PEERS: tuple[Peer, ...] = (RADIANCE, POVRAY, EMBREE, CYCLES, LUXCORE, RAYSECT)
+PEERS: tuple[Peer, ...] = (MITSUBA, RADIANCE, POVRAY, EMBREE, CYCLES, LUXCORE, RAYSECT)
 
 
 def peer_of(name: str) -> Peer:

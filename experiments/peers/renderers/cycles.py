@@ -35,6 +35,9 @@ CYCLES = Peer(
         Setting("strength of a new world's background", "0", "1, of a grey of .05", {"world": None}),
         Setting("light_sampling_threshold", "0", ".01", {"threshold": None}),
     ),
+    gloss="its glossy lobes are of microfacets: GGX, Beckmann, Ashikhmin-Shirley",
+    timed="`render.render`, with synchronisation, BVH and EXR",
+    beware="made for films' scenes and many cores; single precision",
     unequal=(
         "balls are meshes of 327,680 triangles with smooth normals",
         "parallelograms that are no rectangles are meshes that emit, 0.02 % dim and more in large units: scenes are "

@@ -22,6 +22,8 @@ EMBREE = Peer(
         ),
         Setting("shadow rays' start", "1e-4 off the surface", "1e-2 off the surface", {"offset": 1e-2}),
     ),
+    timed="the adapter's rays",
+    beware="Embree casts the rays, in single precision; all else is a NumPy script's",
     unequal=(
         "single precision: hit points are found anew in double, hits are not",
         "balls are meshes of 81,920 triangles with exact normals; no ray meets their vertices exactly",

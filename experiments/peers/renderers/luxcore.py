@@ -25,5 +25,8 @@ LUXCORE = Peer(
             {"vertical": True},
         ),
     ),
+    gloss="its glossy2 and metal2 are of microfacets, with Fresnel's factor",
+    timed="from Start to HasDone, with its BVH",
+    beware="made for light of many bounces; single precision",
     unequal=("balls are meshes of 81,920 triangles with smooth normals", "offsets of shadow rays of 1e-5 and more"),
 )

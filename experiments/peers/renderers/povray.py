@@ -25,5 +25,8 @@ POVRAY = Peer(
         Setting("finish ambient", "0", ".1", {"ambient": 0.1}),
         Setting("finish diffuse", "1", ".6", {"diffuse": 0.6}),
     ),
+    gloss="its phong is neither normalised nor under the cosine",
+    timed="what POV-Ray calls trace time",
+    beware="midpoints, no noise: n × n spotlights for a light, where users take `area_light`",
     unequal=("midpoint rule of n x n points on each light: its mean error falls as 1/n^2",),
 )

@@ -40,6 +40,9 @@ RADIANCE = Peer(
             {"cells": 1, "triangles": True, "sampling": [0.05, 0, 0, 1]},
         ),
     ),
+    gloss="its plastic and metal have Ward's Gaussian lobe; Phong's as a BRTDfunc is not written by the adapter",
+    timed="rtrace, its start with it",
+    beware="midpoints, no noise; `oconv` is start-up; made for indirect light",
     unequal=(
         "midpoint rule of n x n points on each light: its mean error falls as 1/n^2",
         "surfaces closer than 1e-4 of a unit are one (absolute)",

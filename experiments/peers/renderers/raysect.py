@@ -30,6 +30,9 @@ RAYSECT = Peer(
         ),
         Setting("ray_important_path_weight", ".99", ".25: noise", {"path_weight": 0.25}),
     ),
+    gloss="its rough conductor is of microfacets (GGX), with Fresnel's factor",
+    timed="`camera.observe`",
+    beware="spectral, in double precision; samples the ball about a light, not its area",
     unequal=(
         "emitters are sampled by the ball about them: very noisy",
         "rays start 1e-6 off (absolute), meshes are met at distances of single precision: scenes are made small",

@@ -238,7 +238,6 @@ REFUSED = {
     "cone": (light("DiskLight", "float inputs:shaping:cone:angle = 30", api=SHAPED), "cone:angle 30", "/L"),
     "profile": (light("RectLight", "asset inputs:shaping:ies:file = @a.ies@", api=SHAPED), "ies", "/L"),
     "texture": (light("DomeLight", "asset inputs:texture:file = @a.exr@"), "texture", "/L"),
-    "temperature": (light("RectLight", "bool inputs:enableColorTemperature = 1"), "enableColorTemperature", "/L"),
     "diffuse": (light("RectLight", "float inputs:diffuse = 0.5"), "inputs:diffuse 0.5", "/L"),
     "shadows": (light("RectLight", "bool inputs:shadow:enable = 0", api="ShadowAPI"), "shadow", "/L"),
     "type": (light("RectLight", 'string inputs:intensity = "x"'), "a finite number", "/L"),
@@ -258,6 +257,22 @@ REFUSED = {
     ),
     "index": (f'def Mesh "M" {{\n{MESH.replace("2, 3", "2, 7")}}}\n', "face 0 index", "/M"),
 }
+
+
+@needs_usd
+def test_a_colour_temperature_multiplies_a_colour(tmp_path):
+    """As UsdLux's own function has it; alone it is none."""
+    on, warm, cold = (
+        "bool inputs:enableColorTemperature = 1",
+        "float inputs:colorTemperature = 3000",
+        "color3f inputs:color = (1, 0, 1)",
+    )
+    told = ("\n".join(words) for words in ((warm,), (on, warm), (on, warm, cold)))
+    none, some, both = (read(tmp_path, light("RectLight", words)).lights[0].colour for words in told)
+    assert none[0] == none[1] == none[2]
+    assert some[0] > 1.5 * none[0]
+    assert some[2] < 0.5 * none[2]
+    assert both == pytest.approx((some[0], 0.0, some[2]))
 
 
 @needs_usd

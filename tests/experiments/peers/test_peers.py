@@ -18,7 +18,7 @@ from nusselt.experiments.peers.description import HALF, describe
 from nusselt.experiments.peers.entrant import Effort, of_peer
 from nusselt.experiments.peers.environment import Environments, default_folder, packages_for
 from nusselt.experiments.peers.peer import OnPath
-from nusselt.experiments.peers.renderer import PeerRenderer
+from nusselt.experiments.peers.renderer import PeerRenderer, renderer_of
 from nusselt.experiments.peers.renderers import PEERS, peer_of
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Exact
@@ -30,11 +30,15 @@ from nusselt.renderer.surfaces import Ellipsoid, Material
 BALL = Ellipsoid.sphere((0.6, 0.4, 0.3), 0.4, Material((0.2, 0.4, 0.6)))
 SMALL = scene(floor(), lights=(lamp(),)).with_(ellipsoids=(BALL,), width=40, height=30, two_sided=True)
 """Wider than high, with a ball that stands off the axis: what is mirrored, turned or too wide shows."""
+SHINY = Material((0.3, 0.2, 0.1), (0.3, 0.4, 0.5), 6.0)
+GLOSSY = SMALL.with_(meshes=(floor(material=SHINY),), ellipsoids=(replace(BALL, material=SHINY),))
 HERE = Environments(default_folder())
 
 
 def options_of(peer):
-    """Names that an adapter's render takes."""
+    """Names that an adapter's render takes; of what the bridge runs, those that it reads."""
+    if peer.within:
+        return {"sampler"}
     tree = ast.parse(peer.adapter.read_text(encoding="utf-8"))
     found = set()
     for node in ast.walk(tree):
@@ -49,7 +53,7 @@ def options_of(peer):
 def test_every_peer_says_what_it_is(peer):
     assert peer.licence
     assert peer.unequal
-    assert peer.packages or peer.program
+    assert peer.packages or peer.program or peer.within
     assert all("==" in name for names in peer.packages.values() for name in names)
     assert peer.settings
     assert len({setting.left for setting in peer.settings}) == len(peer.settings)
@@ -63,7 +67,7 @@ def test_peers_that_are_there_agree_with_the_exact_image(peer):
     launch = HERE.launch(peer)
     if launch is None:
         pytest.skip(f"{peer.title} is not there: {HERE.status(peer)}")
-    with PeerRenderer(peer, launch, SMALL) as renderer:
+    with renderer_of(peer, launch, SMALL) as renderer:
         entrant = of_peer(renderer, Effort(seeds=2, samples=64))
     found = cross_check(SMALL, [entrant], CrossQuestion(margin=1e-3, alpha=1e-6))
     assert found.exact[peer.name].word != "differs", found.exact[peer.name].reason
@@ -93,14 +97,31 @@ def test_a_description_is_the_scene_near_the_origin():
     "change",
     [
         {"lights": (PointLight((0.0, 3.0, 0.0), (1.0, 1.0, 1.0)),)},
-        {"meshes": (floor(material=Material((0.5, 0.5, 0.5), (0.2, 0.2, 0.2), 9.0)),)},
+        {"meshes": (floor(material=Material((0.5, 0.5, 0.5), emission=(0.2, 0.2, 0.2))),)},
         {"ellipsoids": (Ellipsoid((0.0, 1.0, 0.0), ((1.0, 0, 0), (0, 2.0, 0), (0, 0, 1.0))),)},
     ],
     ids=["light", "material", "ellipsoid"],
 )
 def test_what_peers_do_not_have_is_refused(change):
-    with pytest.raises(InputError, match="which every peer has"):
+    with pytest.raises(InputError, match=r"peers? ha"):
         describe(SMALL.with_(**change))
+
+
+@pytest.mark.parametrize("peer", PEERS, ids=lambda peer: peer.name)
+def test_glossy_scenes_are_shown_right_or_refused_by_name(peer):
+    """A Phong lobe is nobody's default: of other lobes no image is made."""
+    launch = HERE.launch(peer)
+    if peer.gloss:
+        with pytest.raises(InputError, match=peer.title) as told, renderer_of(peer, ["none"], GLOSSY):
+            pass
+        assert peer.gloss in str(told.value)
+    elif launch is None:
+        pytest.skip(f"{peer.title} is not there: {HERE.status(peer)}")
+    else:
+        with renderer_of(peer, launch, GLOSSY) as renderer:
+            entrant = of_peer(renderer, Effort(seeds=2, samples=64))
+        found = cross_check(GLOSSY, [entrant], CrossQuestion(margin=1e-3, alpha=1e-6))
+        assert found.exact[peer.name].word != "differs", found.exact[peer.name].reason
 
 
 def test_a_peer_that_fails_is_told_in_a_sentence(tmp_path):
@@ -113,8 +134,8 @@ def test_a_peer_that_fails_is_told_in_a_sentence(tmp_path):
     for name, text in scripts.items():
         script = tmp_path / f"{name}.py"
         script.write_text(text)
-        with PeerRenderer(PEERS[0], [sys.executable, str(script)], SMALL) as renderer:
-            with pytest.raises(ProgramFailed, match=PEERS[0].title) as told:
+        with PeerRenderer(peer_of("radiance"), [sys.executable, str(script)], SMALL) as renderer:
+            with pytest.raises(ProgramFailed, match=renderer.peer.title) as told:
                 renderer.run(16, 0)
             assert "\n" not in str(told.value)
 

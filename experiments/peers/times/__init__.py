@@ -1,0 +1,1 @@
+"""Error against time: every renderer on one scene, turn by turn, one thread each."""
