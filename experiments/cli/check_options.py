@@ -37,13 +37,18 @@ class UntilDecided:
     budget: float = 600.0
 
 
+transfer_option = click.option(
+    "--transfer", default="linear", show_default=True, help="Curve of levels: linear, srgb, gamma:2.2."
+)
+quantisation_option = click.option(
+    "--quantisation", default="auto", show_default=True, help="Of levels: truncate, round, floor256 or auto."
+)
+
 external_options = together(
     External,
     "external",
-    click.option("--transfer", default="linear", show_default=True, help="Curve of levels: linear, srgb, gamma:2.2."),
-    click.option(
-        "--quantisation", default="auto", show_default=True, help="Of levels: truncate, round, floor256 or auto."
-    ),
+    transfer_option,
+    quantisation_option,
     click.option(
         "--noise",
         type=click.Choice(["any", "expected"]),

@@ -275,8 +275,8 @@ def test_words_are_whole_and_figures_inside_at_any_width(pixels, opened, tmp_pat
         return broken"""
         assert opened.execute_script(broken) == []
         outside = """const right = document.querySelector(".wide").getBoundingClientRect().right;
-        return [...document.querySelectorAll(".line td")].filter((cell) => cell.getBoundingClientRect().right > right + 1
-          ).map((cell) => cell.textContent)"""
+        return [...document.querySelectorAll(".line td")].filter((e) => e.getBoundingClientRect().right > right + 1
+          ).map((e) => e.textContent)"""
         assert opened.execute_script(outside) == []
         bias = opened.execute_script("return document.querySelector('[data-head=bias]').getBoundingClientRect().width")
         assert bias > 30
