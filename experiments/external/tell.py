@@ -25,7 +25,7 @@ def tell(row: dict[str, Any], table: Console) -> None:
     table.print(f"[bold]{escape(row['scene'])}[/]: {images} against {escape(reference['notes'][0])}")
     colour = COLOURS[row["verdict"]]
     table.print(f"[{colour}]{row['verdict']}[/]: {escape(row['reason'])}", soft_wrap=True)
-    table.print(f"it finds, with 99 % power: a bias of {row['minimum_detectable_bias']:.3%}{_finds(row)}")
+    table.print(f"it finds, with 99 % power: {_least(row)}{_finds(row)}")
     for name, low_high in row["course_expected"].items():
         scores = ", ".join(_score(score[name]) for score in row["course_scores"])
         kind = "course bias" if name == "bias" else 'course "variance"'
@@ -72,6 +72,11 @@ def _tell_convergence(row: dict[str, Any], table: Console) -> None:
     for name in ("samples", "seconds") if len(told["rows"]) > 1 else ():
         value = told[f"slope_{name}"]
         table.print(f"RMS falls as {name} to the power {'unknown' if value is None else f'{value:+.2f}'}")
+
+
+def _least(row: dict[str, Any]) -> str:
+    size = row["minimum_detectable_bias"]
+    return f"a bias of {size:.3%}" if size < 1 else "no bias below 100 %"
 
 
 def _finds(row: dict[str, Any]) -> str:

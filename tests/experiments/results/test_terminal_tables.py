@@ -7,6 +7,7 @@ import io
 import pytest
 from rich.console import Console
 
+from nusselt.experiments.cli.stability import show
 from nusselt.experiments.results.study_tables import table
 from nusselt.experiments.results.tables import closing, console, verdict_table
 
@@ -47,6 +48,26 @@ def test_names_and_numbers_are_whole(width):
     (line,) = (line for line in lines if "cornell-glossy" in line)
     for word in ("area 25", "differs", "-12.340", "-12.440 to -12.240", "0.144"):
         assert word in line
+
+
+@pytest.mark.parametrize(("least", "shown"), [(0.5, "50.000"), (1550.14, "> 100")])
+def test_no_bias_beyond_the_whole_is_said_to_be_found(least, shown):
+    (line,) = (
+        line
+        for line in told(80, [ROWS[0] | {"minimum_detectable_bias": least}])
+        if "differs" in line or "agrees" in line
+    )
+    assert shown in line
+    assert "155014" not in line
+
+
+def test_names_of_the_stability_table_are_whole_at_80_columns():
+    page = io.StringIO()
+    name = "triangle-beside-its-own-edge"
+    figures = dict.fromkeys(("relative_error", "error_bound", "condition", "textbook_error", "mitsuba"), 1e-9)
+    case = {"name": name, "dtype": "float64", "form": "mesh irradiance", "bound_held": True, "value": 1.0, **figures}
+    show([case], Console(file=page, width=80))
+    assert name in page.getvalue()
 
 
 @pytest.mark.parametrize(("rows", "has"), [(ROWS, True), (ROWS[2:], False)], ids=["the course's", "one's own"])
