@@ -99,7 +99,7 @@ def _text(words: str) -> bytes:
     return words.replace("\0", " ").encode() + b"\0"
 
 
-class TevAddress(click.ParamType):
+class TevAddress(click.ParamType):  # type: ignore[type-arg]  # older versions have no parameter
     """HOST:PORT of a tev that is connected to before any work."""
 
     name = "HOST:PORT"
