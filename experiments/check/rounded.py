@@ -61,7 +61,7 @@ def rounded(reference: Reference) -> Arrays:
     }
 
 
-def restored(arrays: Mapping[str, np.ndarray[Any, Any]], height: int, width: int) -> dict[str, Floats]:
+def restored(arrays: Mapping[str, np.ndarray[Any, Any]], height: int, width: int) -> dict[str, Any]:
     """Mean, standard errors and passes' means again, the rounding of the first in the others.
 
     Raises
