@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import io
+import re
 
 import pytest
+from places import ROOT
 from rich.console import Console
 
 from nusselt.experiments.cli.stability import show
+from nusselt.experiments.results.columns import COLUMNS
 from nusselt.experiments.results.study_tables import table
 from nusselt.experiments.results.tables import closing, console, verdict_table
+from nusselt.experiments.verdict.decision import AS_CLAIMED
 
 
 def row(scene: str, verdict: str, bias: float) -> dict:
@@ -73,6 +77,15 @@ def test_names_of_the_stability_table_are_whole_at_80_columns():
 @pytest.mark.parametrize(("rows", "has"), [(ROWS, True), (ROWS[2:], False)], ids=["the course's", "one's own"])
 def test_scores_of_the_course_are_of_its_scenes(rows, has):
     assert any("2.67 to 2.93" in line for line in told(140, rows)) is has
+
+
+def test_every_figure_of_the_table_is_in_the_glossary():
+    words = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
+    terms = re.findall(r"\*\*([^*]+)\*\*", words)
+    assert len(terms) == len(set(terms))
+    for name in [column.name.removeprefix("its ") for column in COLUMNS if column.number] + list(AS_CLAIMED):
+        assert any(term.lower().startswith(name.lower()) for term in terms), name
+    assert "docs/glossary.md" in (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def test_one_line_closes():
