@@ -10,9 +10,9 @@ import pytest
 from limit_scenes import BODIES, text
 
 from nusselt.experiments.check.check import References, check
+from nusselt.experiments.check.draw import Drawing, draw
 from nusselt.experiments.check.excuse import reconsidered, rule_error
 from nusselt.experiments.check.question import Question
-from nusselt.experiments.check.draw import Drawing, draw
 from nusselt.experiments.check.unlit import unlit
 from nusselt.experiments.verdict.judge import judge
 from nusselt.experiments.verdict.level import Level
