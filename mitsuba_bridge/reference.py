@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import errno
 import math
-import shutil
-import tempfile
 import time
 import zipfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +21,7 @@ from .llvm import Backend, backend
 from .origin import own_file
 from .process import ReferenceUnavailable
 from .standing import run_job
+from .temporary import LEAST, temporary_folder
 from .ties import tied
 
 TIME = 0.8
@@ -208,7 +205,7 @@ def render_reference(
     if scene.is_glossy and running.variant == "scalar_rgb":
         raise GlossyNeedsLLVM(f"a glossy scene needs Mitsuba's LLVM variant: {running.sentence}")
     started = time.perf_counter()
-    with _room(scene) as name:
+    with temporary_folder(max(LEAST, PIXEL * scene.width * scene.height)) as name:
         folder = Path(name)
         own = own_file(scene)
         description = describe(scene, folder, normalise=normalise and own is None)
@@ -252,26 +249,6 @@ def render_reference(
     )
 
 
-@contextmanager
-def _room(scene: Scene) -> Iterator[str]:
-    """A temporary folder with room for the scene's arrays; `ReferenceUnavailable` names one that has none."""
-    needed = PIXEL * scene.width * scene.height
-    try:
-        with tempfile.TemporaryDirectory(prefix="nusselt-") as name:
-            free = shutil.disk_usage(name).free
-            if free < needed:
-                raise OSError(errno.ENOSPC, f"it has room for {free / 1e6:.1f} MB of {needed / 1e6:.1f}")
-            yield name
-    except OSError as error:
-        if error.errno not in UNFIT:
-            raise
-        where = tempfile.tempdir or "/tmp"
-        told = f"the temporary folder {where} cannot hold the reference's files: {error.strerror}"
-        raise ReferenceUnavailable(f"{told}; let TMPDIR name another") from error
-
-
-UNFIT = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES, errno.ENOENT}
-"""What systems say of a folder that is full, read-only or not there."""
 PIXEL = 96
 """Bytes of a reference's arrays, as Mitsuba's process hands them over, in a pixel."""
 SHAPES = {"mean": 3, "standard_error": 3, "pixel_standard_error": 0, "emitter": 0, "background": 0, "holes": 0}

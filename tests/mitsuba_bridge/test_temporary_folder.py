@@ -7,27 +7,33 @@ import tempfile
 from types import SimpleNamespace
 
 import pytest
-from builders import scene
 
-from nusselt.mitsuba_bridge.reference import PIXEL, ReferenceUnavailable, _room
+from nusselt.mitsuba_bridge.process import ReferenceUnavailable
+from nusselt.mitsuba_bridge.temporary import temporary_folder
 
-MADE = scene(size=(64, 48))
+NEEDED = 300_000
 
 
 @pytest.mark.parametrize("spare", [0, -1])
 def test_a_folder_without_room_for_the_arrays_is_named(spare, tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    free = PIXEL * 64 * 48 + spare
+    free = NEEDED + spare
     monkeypatch.setattr(shutil, "disk_usage", lambda path: SimpleNamespace(free=free))
     if spare == 0:
-        with _room(MADE) as name:
+        with temporary_folder(NEEDED) as name:
             assert name.startswith(str(tmp_path))
     else:
-        with pytest.raises(ReferenceUnavailable, match=rf"{tmp_path} .* room for 0\.3 MB.*TMPDIR"), _room(MADE):
+        with (
+            pytest.raises(ReferenceUnavailable, match=rf"{tmp_path} .* room for 0\.3 MB.*TMPDIR"),
+            temporary_folder(NEEDED),
+        ):
             pass
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "none"))
-    with pytest.raises(ReferenceUnavailable, match=f"{tmp_path / 'none'} cannot hold.*TMPDIR"), _room(MADE):
+    with (
+        pytest.raises(ReferenceUnavailable, match=f"{tmp_path / 'none'} cannot hold.*TMPDIR"),
+        temporary_folder(NEEDED),
+    ):
         pass
