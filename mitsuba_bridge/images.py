@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from .description import describe
 from .llvm import Backend, backend
 from .process import ReferenceUnavailable
 from .reference import ask
+from .temporary import temporary_folder
 
 
 def mitsuba_images(
@@ -37,7 +37,7 @@ def mitsuba_images(
     running = running or backend()
     if running.variant.startswith("scalar"):
         raise ReferenceUnavailable(f"images by Mitsuba's samplers need LLVM: {running.sentence}")
-    with tempfile.TemporaryDirectory(prefix="nusselt-") as name:
+    with temporary_folder() as name:
         folder = Path(name)
         job = {
             "task": "images",

@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import re
 import sys
-import tempfile
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import metadata
@@ -19,6 +18,7 @@ from typing import Any
 
 from .process import ReferenceUnavailable
 from .standing import run_job
+from .temporary import temporary_folder
 
 OLDEST = 16
 PROOF_SECONDS = 120.0
@@ -89,7 +89,7 @@ def prove(variant: str, llvm: Path | None, timeout: float = PROOF_SECONDS) -> di
     ReferenceUnavailable
         With what became of the child.
     """
-    with tempfile.TemporaryDirectory(prefix="nusselt-") as folder:
+    with temporary_folder() as folder:
         return run_job({"task": "proof"}, Path(folder), variant, llvm, timeout)[0]
 
 

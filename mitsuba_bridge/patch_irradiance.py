@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from nusselt.renderer.vectors import Floats
 from .llvm import backend
 from .process import ReferenceUnavailable
 from .reference import ask
+from .temporary import temporary_folder
 
 SAMPLES = 1 << 14
 """Samples in each of eight passes; a square number, so that they fill a square grid."""
@@ -36,7 +36,7 @@ def irradiance_by_mitsuba(cases: Sequence[dict[str, Any]], seed: int, timeout: f
     running = backend()
     if not running.variant.startswith("llvm"):
         raise ReferenceUnavailable(f"cases are put to Mitsuba's LLVM variant alone: {running.sentence}")
-    with tempfile.TemporaryDirectory(prefix="nusselt-") as name:
+    with temporary_folder() as name:
         job = {"task": "patches", "cases": list(cases), "seed": seed, "samples": SAMPLES}
         arrays, _ = ask(job, Path(name), running, timeout)
     return arrays["mean"], arrays["standard_error"]

@@ -7,7 +7,6 @@ Only Embree's robust mode is left off, as it is for everybody who does not know 
 from __future__ import annotations
 
 import math
-import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -22,6 +21,7 @@ from .description import describe
 from .llvm import Backend, backend
 from .process import ReferenceUnavailable
 from .reference import ask
+from .temporary import temporary_folder
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def run_race(
     if running.variant == "scalar_rgb":
         raise ReferenceUnavailable(f"a race needs Mitsuba's LLVM variant: {running.sentence}")
     sizes_of = [ladder(way, sizes) for way in ways]
-    with tempfile.TemporaryDirectory(prefix="nusselt-") as name:
+    with temporary_folder() as name:
         folder = Path(name)
         np.savez(folder / "truth.npz", truth=truth, judged=np.asarray(judged, dtype=np.float64))
         job = {

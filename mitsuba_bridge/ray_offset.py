@@ -7,7 +7,6 @@ this model says that it does not hold.
 
 from __future__ import annotations
 
-import tempfile
 from functools import lru_cache
 from pathlib import Path
 
@@ -18,11 +17,12 @@ from nusselt.renderer.visibility.ray_offset import RayOffset
 from .llvm import Backend, backend
 from .placement import place
 from .reference import ask
+from .temporary import temporary_folder
 
 
 @lru_cache(maxsize=4)
 def _epsilons(running: Backend) -> tuple[float, float, str]:
-    with tempfile.TemporaryDirectory(prefix="nusselt-") as name:
+    with temporary_folder() as name:
         arrays, told = ask({"task": "epsilons"}, Path(name), running, 60.0)
     lift, short = arrays["epsilons"]
     return float(lift), float(short), str(told["version"])

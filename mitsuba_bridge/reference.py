@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tempfile
 import time
 import zipfile
 from collections.abc import Callable
@@ -22,6 +21,7 @@ from .llvm import Backend, backend
 from .origin import own_file
 from .process import ReferenceUnavailable
 from .standing import run_job
+from .temporary import LEAST, temporary_folder
 from .ties import tied
 
 TIME = 0.8
@@ -205,7 +205,7 @@ def render_reference(
     if scene.is_glossy and running.variant == "scalar_rgb":
         raise GlossyNeedsLLVM(f"a glossy scene needs Mitsuba's LLVM variant: {running.sentence}")
     started = time.perf_counter()
-    with tempfile.TemporaryDirectory(prefix="nusselt-") as name:
+    with temporary_folder(max(LEAST, PIXEL * scene.width * scene.height)) as name:
         folder = Path(name)
         own = own_file(scene)
         description = describe(scene, folder, normalise=normalise and own is None)
@@ -249,6 +249,8 @@ def render_reference(
     )
 
 
+PIXEL = 96
+"""Bytes of a reference's arrays, as Mitsuba's process hands them over, in a pixel."""
 SHAPES = {"mean": 3, "standard_error": 3, "pixel_standard_error": 0, "emitter": 0, "background": 0, "holes": 0}
 """Channels of each image, 0 for a plane."""
 

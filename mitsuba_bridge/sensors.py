@@ -6,7 +6,6 @@ to lie on; a point and a normal put to its lights, one after the other, is what 
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +21,7 @@ from .description import describe
 from .llvm import Backend, backend
 from .process import ReferenceUnavailable
 from .reference import ask
+from .temporary import temporary_folder
 from .tolerance import LIFT
 
 PASSES = 32
@@ -87,7 +87,7 @@ def sensors_by_mitsuba(
     running = running or backend()
     if not running.variant.startswith("llvm"):
         raise ReferenceUnavailable(f"sensors are put to Mitsuba's LLVM variant alone: {running.sentence}")
-    with tempfile.TemporaryDirectory(prefix="nusselt-") as name:
+    with temporary_folder() as name:
         description = describe(scene, Path(name))
         centre = np.array(description.centre)
         job = {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from nusselt.renderer.vectors import Floats
 from .description import describe
 from .llvm import Backend, backend
 from .reference import ReferenceUnavailable, ask
+from .temporary import temporary_folder
 
 SAMPLERS = ("independent", "stratified", "multijitter", "ldsampler")
 """Mitsuba's, by its own names, that take any power of four; its `orthogonal` takes squares of primes alone."""
@@ -75,7 +75,7 @@ def measure_spread(
     running = running or backend()
     if running.variant.startswith("scalar"):
         raise ReferenceUnavailable(f"the variance of Mitsuba's samplers needs LLVM: {running.sentence}")
-    with tempfile.TemporaryDirectory(prefix="nusselt-") as name:
+    with temporary_folder() as name:
         folder = Path(name)
         job = {
             "task": "spread",

@@ -20,6 +20,7 @@ from .check import draw_area, offset_asked
 from .negative import negative_note
 from .question import PixelRule, ShadowOrigin, check_sampling, chosen_estimator, number_within
 from .rows import notes
+from .unlit import unlit
 
 TOLERANCE = 1e-3
 
@@ -104,6 +105,8 @@ def draw(scene: Scene, drawing: Drawing, executor: Executor | None = None, progr
         warnings.append(f"{count(image.back_faces, 'pixel', 'shows')} the black back of a one-sided surface")
     if image.bound is not None:
         told.append(bound_note(image))
+    if not image.mean.any():
+        warnings.append("the image is black all over" + "".join(f"; {why}" for why in unlit(scene)))
     if note := negative_note(image, estimator, estimator.claim(prepare(scene).needs)):
         warnings.append(note)
     return Drawn(image, tuple(warnings), tuple(told))

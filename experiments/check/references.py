@@ -30,11 +30,14 @@ from nusselt.renderer.scene import Scene
 from .check import Progress, References
 from .expectations import appearance
 from .question import Question
+from .rounded import as_kept, restored, rounded
 
 KIND = "nusselt reference"
-FORMAT = 3
+FORMAT = 4
 RULE = "direct lighting, emission on one side of -(ab x ac), radiance at "
 """With the pixel rule: what the numbers are."""
+EXACT = ("emitter", "background", "holes")
+"""Arrays that are kept as they are."""
 LIMIT = 1 << 16
 """Bytes the head may have."""
 WRITTEN = "a file written by `nusselt reference`"
@@ -52,7 +55,7 @@ def identity(scene: Scene) -> str:
 
 
 def write_reference(path: Path, scene: Scene, reference: Reference, target: float) -> None:
-    """Keep a reference; its arrays in full precision.
+    """Keep a reference, rounded by a share of its noise; see `rounded`.
 
     Parameters
     ----------
@@ -62,6 +65,7 @@ def write_reference(path: Path, scene: Scene, reference: Reference, target: floa
     if path.suffix != ".npz":
         raise InputError("output", str(path), "a name that ends in .npz")
     words, arrays = packed(reference)
+    arrays = {name: arrays[name] for name in EXACT}
     head = {
         "kind": KIND,
         "format": FORMAT,
@@ -73,7 +77,7 @@ def write_reference(path: Path, scene: Scene, reference: Reference, target: floa
         "made_by": package_versions(),
         **words,
     }
-    write_archive(path, head, arrays)
+    write_archive(path, head, arrays | rounded(reference))
 
 
 def read_reference(path: Path, scene: Scene) -> tuple[Reference, dict[str, Any]]:
@@ -89,7 +93,8 @@ def read_reference(path: Path, scene: Scene) -> tuple[Reference, dict[str, Any]]
             _check_members(path, archive, scene)
         head, arrays = read_archive(path)
         _check_head(path, head, scene)
-        found = {name: np.asarray(arrays[name], dtype=np.float64) for name in (*SHAPES, "pass_means")}
+        found = {name: np.asarray(arrays[name], dtype=np.float64) for name in EXACT}
+        found |= restored(arrays, scene.height, scene.width)
     except InputError:
         raise
     except UNREADABLE as error:
@@ -155,11 +160,13 @@ class Cache:
         except InputError:
             return None
 
-    def keep(self, scene: Scene, reference: Reference, target: float) -> None:
-        """Keep what was made."""
+    def keep(self, scene: Scene, reference: Reference, target: float) -> Reference:
+        """Keep what was made; returns it as it will be read again."""
         path = self._path(scene, target)
-        if path is not None:
-            write_reference(path, scene, reference, target)
+        if path is None:
+            return reference
+        write_reference(path, scene, reference, target)
+        return as_kept(reference)
 
 
 class KeptReferences(References):
@@ -180,6 +187,5 @@ class KeptReferences(References):
             return given
         found = self._cache.find(scene, target)
         if found is None:
-            found = super().get(scene, question, target, progress)
-            self._cache.keep(scene, found, target)
+            found = self._cache.keep(scene, super().get(scene, question, target, progress), target)
         return found

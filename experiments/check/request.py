@@ -108,7 +108,7 @@ _LEVELS = frozenset(("transfer", "quantisation", "noise"))
 _RUNS = frozenset(("renderer", "runs", "steps"))
 
 OURS = Mode("our image", _OURS | _KEPT)
-UNTIL_DECIDED = Mode("our image until decided", _OURS | {"until_decided", "budget"})
+UNTIL_DECIDED = Mode("our image until decided", _OURS | {"until_decided", "budget", "tev"})
 IMAGES = Mode("images", _ALL | _KEPT | _LEVELS | {"images"})
 FUNCTION = Mode("a function's images", _ALL | _KEPT | _LEVELS | _RUNS)
 PROGRAM = Mode("a program's images", FUNCTION.options | {"image_type", "run_timeout"})

@@ -126,6 +126,7 @@ def check_until(
     budget: float,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    seen: Callable[[Answer], None] | None = None,
 ) -> Answer:
     """Check a scene, with more samples at each look, until it is decided.
 
@@ -135,6 +136,8 @@ def check_until(
         Where the parts are kept.
     budget : float
         Seconds after which no look is begun that is not on disk already.
+    seen : callable, optional
+        Called with every look's answer.
     """
     started = time.perf_counter()
     sides = Sides(scene, question, folder, executor, progress)
@@ -154,6 +157,8 @@ def check_until(
             head = head_of(scene, sides.estimator, ours, sides.passes, question.margin, question.seed, command)
             return Answer(row_without(head, ours, problem, sides.seconds), ours, None, None)
         answer = _look(sides, question, expectations, look, command)
+        if seen is not None:
+            seen(answer)
         now = time.perf_counter()
         late = now - started + (now - begun) * share_of(look + 1) / share_of(look) > budget
         decided = answer.row["verdict"] != "undecided"

@@ -7,14 +7,14 @@ import math
 import sys
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import click
 from rich.console import Console
 
-from nusselt.experiments.check.check import References, check
+from nusselt.experiments.check.check import Answer, References, check
 from nusselt.experiments.check.question import Question, number_within
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.check.request import Reading, mode_of
@@ -43,6 +43,8 @@ from nusselt.experiments.terminal.options import (
     verbose_option,
 )
 from nusselt.experiments.terminal.progress import progress_bar
+from nusselt.experiments.terminal.tev import Tev
+from nusselt.experiments.verdict.judge import standard_errors
 from nusselt.experiments.verdict.level import Level
 from nusselt.experiments.workers import PATIENCE, worker_pool
 from nusselt.renderer.scene import Scene
@@ -146,6 +148,7 @@ def command(
     """
     said = said_in(context)
     mode_of(any(map(is_image, scenes)), external.renderer, until.until_decided).refuse_others(said)
+    said.pop("tev", None)  # no part of what makes a row again
     asked = [*_classic(classic, estimator), *(Asked(name, kind) for name in scenes for kind in estimator or (None,))]
     question = Question(
         **vars(sampling), margin=judging.margin, timeout=judging.timeout, level=Level(judging.alpha, max(len(asked), 1))
@@ -188,9 +191,8 @@ def run_checks(checks: Checks, alpha: float, verbose: bool = False) -> int:
                 if output.out and until.until_decided:
                     # What is left of the time is shared by the scenes that are left.
                     share = (deadline - time.monotonic()) / (len(checks.rows) - len(rows))
-                    answer = check_until(
-                        one.scene, one.question, folder=output.out, budget=share, progress=report, **told
-                    )
+                    told |= {"folder": output.out, "budget": share, "seen": _watched(until.tev, one.folder)}
+                    answer = check_until(one.scene, one.question, progress=report, **told)
                 else:
                     answer = check(one.scene, one.question, references=checks.references, progress=report, **told)
             rows.append(answer.row)
@@ -202,6 +204,19 @@ def run_checks(checks: Checks, alpha: float, verbose: bool = False) -> int:
         write_json(document(rows, alpha=alpha), output.target)
     _tell(rows, alpha, verbose, table)
     return exit_code(rows)
+
+
+def _watched(tev: Tev | None, name: str) -> Callable[[Answer], None] | None:
+    """What shows each look's images where somebody watches."""
+    if tev is None:
+        return None
+
+    def show(answer: Answer) -> None:
+        if answer.reference is not None:
+            z = standard_errors(answer.ours, answer.reference, answer.row["passes"])
+            tev.show(name, {"ours": answer.ours.mean, "theirs": answer.reference.mean, "z": z[None]})
+
+    return show
 
 
 def _tell(rows: list[Row], alpha: float, verbose: bool, table: Console) -> None:

@@ -10,6 +10,7 @@ import click
 from nusselt.experiments.external.judge import External
 from nusselt.experiments.images.read import READERS
 from nusselt.experiments.terminal.options import together
+from nusselt.experiments.terminal.tev import Tev, TevAddress
 
 
 @dataclass(frozen=True)
@@ -31,19 +32,25 @@ class Judging:
 
 @dataclass(frozen=True)
 class UntilDecided:
-    """Whether passes are added until a row is decided, and for how many seconds."""
+    """Whether passes are added until a row is decided, for how many seconds, and where that is watched."""
 
     until_decided: bool = False
     budget: float = 600.0
+    tev: Tev | None = None
 
+
+transfer_option = click.option(
+    "--transfer", default="linear", show_default=True, help="Curve of levels: linear, srgb, gamma:2.2."
+)
+quantisation_option = click.option(
+    "--quantisation", default="auto", show_default=True, help="Of levels: truncate, round, floor256 or auto."
+)
 
 external_options = together(
     External,
     "external",
-    click.option("--transfer", default="linear", show_default=True, help="Curve of levels: linear, srgb, gamma:2.2."),
-    click.option(
-        "--quantisation", default="auto", show_default=True, help="Of levels: truncate, round, floor256 or auto."
-    ),
+    transfer_option,
+    quantisation_option,
     click.option(
         "--noise",
         type=click.Choice(["any", "expected"]),
@@ -84,4 +91,5 @@ until_decided_options = together(
     "until",
     click.option("--until-decided", is_flag=True, help="Add passes to undecided scenes; they are kept under --out."),
     click.option("--budget", type=float, default=600.0, show_default=True, help="Seconds for --until-decided."),
+    click.option("--tev", type=TevAddress(), help="Of a running tev: watch ours, theirs and z of --until-decided."),
 )

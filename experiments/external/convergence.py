@@ -23,7 +23,8 @@ def error_row(runs: list[Run], decode: Callable[[Run], Floats], seen: Image, tru
     squares = []
     for run in runs:
         step = (decode(run) - truth.mean).mean(axis=0)[judged]
-        squares.append(float(np.nanmean(step * step - truth.pixel_standard_error[judged] ** 2)) if step.size else 0.0)
+        square = (step * step - truth.pixel_standard_error[judged] ** 2)[np.isfinite(step)]
+        squares.append(float(square.mean()) if square.size else math.nan if step.size else 0.0)
     mean = float(np.abs(truth.mean).mean(axis=0)[judged].mean()) if judged.any() else 1.0
     rms = math.sqrt(max(float(np.mean(squares)), 0.0))
     return {

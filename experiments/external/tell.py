@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from rich import box
@@ -25,7 +26,7 @@ def tell(row: dict[str, Any], table: Console) -> None:
     table.print(f"[bold]{escape(row['scene'])}[/]: {images} against {escape(reference['notes'][0])}")
     colour = COLOURS[row["verdict"]]
     table.print(f"[{colour}]{row['verdict']}[/]: {escape(row['reason'])}", soft_wrap=True)
-    table.print(f"it finds, with 99 % power: a bias of {row['minimum_detectable_bias']:.3%}{_finds(row)}")
+    table.print(_power(row), soft_wrap=True)
     for name, low_high in row["course_expected"].items():
         scores = ", ".join(_score(score[name]) for score in row["course_scores"])
         kind = "course bias" if name == "bias" else 'course "variance"'
@@ -41,7 +42,9 @@ def _tell_mistakes(row: dict[str, Any], table: Console) -> None:
     if row["verdict"] != "differs":
         return
     mistakes = row["likely_mistakes"]
-    if not mistakes:
+    if row["non_finite"]:
+        table.print("look: 0 / 0, a root of less than 0, a vector of no length, an overflow", soft_wrap=True)
+    elif not mistakes:
         table.print("it looks like none of the mistakes that are known here")
     for number, mistake in enumerate(mistakes):
         start = "it looks like" if number == 0 else "or, no worse,"
@@ -64,7 +67,7 @@ def _tell_convergence(row: dict[str, Any], table: Console) -> None:
     for entry in told["rows"]:
         found.add_row(
             str(entry["samples"]),
-            f"{entry['rms_relative']:.2%}",
+            "none" if math.isnan(entry["rms_relative"]) else f"{entry['rms_relative']:.2%}",
             f"{entry['seconds_first']:.2f}",
             f"{entry['seconds_median']:.2f}",
         )
@@ -74,8 +77,13 @@ def _tell_convergence(row: dict[str, Any], table: Console) -> None:
         table.print(f"RMS falls as {name} to the power {'unknown' if value is None else f'{value:+.2f}'}")
 
 
-def _finds(row: dict[str, Any]) -> str:
-    """What else would have been found, beside the bias."""
-    names = {"contrast": "a contrast", "rms": "an RMS", "pixel": "a pixel, as half of them are,"}
-    finds = {name: row["finds"][name] for name in names if row["finds"].get(name) is not None}
-    return "".join(f", {names[name]} of {size:.2%}" for name, size in finds.items())
+def _power(row: dict[str, Any]) -> str:
+    """What would have been found: the bias, and what else there is a rule for."""
+    if not row["pixels"]["shaded"]:
+        return "it finds nothing: no pixel of a surface can be judged"
+    names = {"bias": "a bias", "contrast": "a contrast", "rms": "an RMS", "pixel": "a pixel, as half of them are,"}
+    sizes = {"bias": row["minimum_detectable_bias"], **row["finds"]}
+    known = {names[name]: size for name, size in sizes.items() if name in names and size is not None}
+    least = ", ".join(f"{what} of {size:.2%}" for what, size in known.items() if size < 1)
+    blind = " and ".join(what.split()[1].strip(",") for what, size in known.items() if size >= 1)
+    return f"it finds, with 99 % power: {', '.join(filter(None, (least, blind and f'no {blind} below 100 %')))}"

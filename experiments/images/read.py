@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import replace
 from os import PathLike
@@ -14,12 +15,15 @@ from nusselt.renderer.scene import Scene
 
 from .formats import FORMATS, Raw, Wanted
 from .formats.npy import raw_of_array
-from .formats.raw import check_bytes, refuse
+from .formats.raw import OtherSize, check_bytes, refuse
 from .kinds import kind_of, split_layer
 from .transfer import RULES, Quantiser, Rule, Transfer
 
 READERS = {kind.suffix: kind.read for kind in FORMATS}
 PIXEL = {kind.suffix: kind.pixel for kind in FORMATS}
+
+MOST = 1 << 26
+"""Pixels of an image that no scene bounds."""
 
 
 def is_image(name: str) -> bool:
@@ -28,8 +32,32 @@ def is_image(name: str) -> bool:
     return kind_of(path) != ""
 
 
-def read_image(name: str | PathLike[str], scene: Scene) -> Raw:
+def size_of(name: str) -> tuple[int, int]:
+    """Width and height of an image file of any size, FILE or FILE:LAYER.
+
+    Raises
+    ------
+    InputError
+        If it is damaged, or is too large to be looked at.
+    """
+    try:
+        read_image(name, Wanted(1, 1), MOST)
+    except OtherSize as other:
+        if math.prod(other.size) > MOST:
+            raise refuse(Path(name), "x".join(map(str, other.size)) + " pixels", f"at most {MOST}") from other
+        return other.size
+    return 1, 1
+
+
+def read_image(name: str | PathLike[str], scene: Scene | Wanted, most: int = 0) -> Raw:
     """What an image file of a scene holds, FILE or FILE:LAYER; memory is bounded by the scene's size.
+
+    Parameters
+    ----------
+    scene : Scene or Wanted
+        What has its width and height.
+    most : int
+        Pixels that the file may be large enough for, where it is not only the scene's.
 
     Raises
     ------
@@ -42,7 +70,7 @@ def read_image(name: str | PathLike[str], scene: Scene) -> Raw:
     if path.is_file() and kind not in READERS:
         told = f"a {kind} file" if kind else path.suffix.lower() or "no ending"
         raise refuse(path, told, "an image that is one of " + ", ".join(READERS))
-    check_bytes(path, wanted.size, PIXEL.get(kind, 0))
+    check_bytes(path, (most, 1) if most else wanted.size, PIXEL.get(kind, 0))
     try:
         with np.errstate(all="ignore"):  # what is not finite is counted, not warned of
             raw = READERS[kind](path, wanted)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -24,6 +25,8 @@ class Column:
         Of a share in percent; None for words.
     sign : bool
         Whether a share shows its plus.
+    most : float
+        Share from which only that is said.
     """
 
     name: str
@@ -31,6 +34,7 @@ class Column:
     of: Callable[[Row], Any]
     digits: int | None = None
     sign: bool = False
+    most: float = math.inf
 
     @property
     def number(self) -> bool:
@@ -42,6 +46,8 @@ class Column:
         value = self.of(row)
         if self.digits is None:
             return str(value or "")
+        if isinstance(value, float) and value >= self.most:
+            return f"> {100 * self.most:g}{unit}"
         shares = value if isinstance(value, (list, tuple)) else (value,)
         return " to ".join(filter(None, (percent(share, self.digits, self.sign, unit) for share in shares)))
 
@@ -63,10 +69,11 @@ COLUMNS = (
         True,
     ),
     Column(
-        "finds",
-        "Smallest bias this row would have found, with 99 % power",
+        "MDB",
+        "Minimum detectable bias: the smallest this row would have found, with 99 % power",
         _entry("minimum_detectable_bias"),
         3,
+        most=1.0,
     ),
     Column("RMS", "RMS of one image against the reference, relative", _entry("rms_relative"), 2),
 )

@@ -103,6 +103,12 @@ def percent(value: Any, digits: int = 3, sign: bool = False, unit: str = " %") -
     return f"{rounded:{'+' if sign else ''}.{digits}f}{unit}".replace("-", "−")
 
 
+def detectable(row: Row, digits: int = 3, unit: str = " %") -> str:
+    """A row's minimum detectable bias; of 100 % and more it is only said that it is."""
+    found = number(row.get("minimum_detectable_bias"))
+    return f"> 100{unit}" if found is not None and found >= 1 else percent(found, digits, unit=unit)
+
+
 def urgent_first(rows: list[Row]) -> list[Row]:
     """Failing rows, then undecided ones, then the rest, each in their order."""
     order: dict[Status, int] = {"failing": 0, "undecided": 1, "as claimed": 2, "shown": 3}

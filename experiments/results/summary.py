@@ -118,6 +118,8 @@ def _sure(rows: list[Row], alpha: Any) -> Fact:
     if not found:
         return Fact("How sure?", "Not measured", f"No row says which bias it would have found.{chance}")
     spread = f" ({percent(min(found), 2)} to {percent(max(found), 2)} over all rows)" if len(found) > 1 else ""
+    if median(found) >= 1:
+        return Fact("How sure?", "Not at all", f"The typical row would have found no bias below 100 %.{chance}", "open")
     typical = percent(median(found), 2)
     detail = f"A bias of {typical} would have been found with 99 % power in the typical row{spread}.{chance}"
     return Fact("How sure?", f"It finds {typical} bias", detail)

@@ -68,7 +68,7 @@ def verdict_table(rows: list[Row], alpha: float, width: int) -> Table:
     further: dict[str, Callable[[Row], str]] = {}
     what = "Bias and RMS" if wide else "Bias"
     notes = f"{what} in % of the reference's mean over shaded pixels; false-alarm rate {alpha:g} for the whole table."
-    notes += " finds: the smallest bias found with 99 % power."
+    notes += " MDB: minimum detectable bias, found with 99 % power."
     if wide and any(row["scene"] in CLASSIC for row in rows):
         further = {"course": _scores, "expected": _expected_scores}
         notes += " course: bias / variance in 8-bit levels."

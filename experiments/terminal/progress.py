@@ -1,20 +1,62 @@
-"""Progress with the time left."""
+"""Progress with the time left, and a line that says beforehand what will take long."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 ERRORS = Console(stderr=True, highlight=False)
 Report = Callable[[str, int, int], None]
+LONG = 10.0
+"""Seconds of work that are announced."""
+SHORTER = {
+    "reference": "twice the margin takes a quarter of it, half the pixels half, a reference kept with --cache none",
+    "ours": "twice the margin takes a quarter of it, half the pixels half",
+}
+"""What is announced, by its stage, and what would take less."""
+
+
+@dataclass
+class Forecast:
+    """What a stage will take, from the rate at which its first parts were done.
+
+    Parameters
+    ----------
+    clock : callable
+        Seconds from any beginning.
+    """
+
+    clock: Callable[[], float] = time.monotonic
+    _begun: dict[str, tuple[float, int]] = field(default_factory=dict)
+    _told: set[str] = field(default_factory=set)
+
+    def __call__(self, stage: str, done: int, total: int) -> str | None:
+        """A sentence, once a stage, where `LONG` or more is left when its rate is first known."""
+        if stage not in SHORTER or stage in self._told:
+            return None
+        start, first = self._begun.setdefault(stage, (self.clock(), done))
+        if done <= first:
+            return None
+        self._told.add(stage)
+        left = (self.clock() - start) / (done - first) * (total - done)
+        return f"{stage} will take about {_spoken(left)} more: {SHORTER[stage]}" if left >= LONG else None
+
+
+def _spoken(seconds: float) -> str:
+    for unit, size in (("h", 3600), ("min", 60)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.0f} {unit}"
+    return f"{seconds:.0f} s"
 
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Report]:
-    """Progress with the time left, on a terminal only."""
+    """Progress with the time left, on a terminal only; what will take long is said in any case."""
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -24,10 +66,13 @@ def progress_bar(title: str) -> Iterator[Report]:
         transient=True,
         disable=not ERRORS.is_terminal,
     )
+    forecast = Forecast()
     with bar:
         task = bar.add_task(title)
 
         def report(stage: str, done: int, total: int) -> None:
             bar.update(task, description=f"{title}: {stage}", completed=done, total=total)
+            if line := forecast(stage, done, total):
+                bar.console.print(f"{title}: {line}", markup=False, soft_wrap=True)
 
         yield report

@@ -112,6 +112,7 @@ def _all_passes(
         for index, plan_ in enumerate(plans)
         for number in range(plan_.passes)
     )
+    progress(0, len(turns))  # from here on the rate of passes is known
     for done, (_, index, number) in enumerate(turns):
         if number >= 2 and time.monotonic() > deadline:
             continue

@@ -10,7 +10,7 @@ import numpy as np
 
 from nusselt.renderer.vectors import Floats
 
-from .raw import FLOAT, HALF, Format, Raw, Wanted, refuse, three_channels
+from .raw import FLOAT, HALF, Format, Raw, Wanted, other_size, refuse, three_channels
 
 
 def read_npy(path: Path, wanted: Wanted) -> Raw:
@@ -44,7 +44,10 @@ def raw_of_array(path: Path, values: np.ndarray[Any, Any], wanted: Wanted) -> Ra
     if turned:
         values = values.transpose(1, 2, 0)
     if values.ndim not in (2, 3) or values.shape[:2] != (height, width):
-        raise refuse(path, f"an array of shape {values.shape}", f"shape ({height}, {width}, 3): the scene's size")
+        first = values.ndim == 3 and values.shape[0] == 3 and values.shape[2] not in (3, 4)
+        size = (values.shape[1:] if first else values.shape[:2])[::-1]
+        found, accepted = f"an array of shape {values.shape}", f"shape ({height}, {width}, 3): the scene's size"
+        raise other_size(path, size, found, accepted) if values.ndim in (2, 3) else refuse(path, found, accepted)
     kind = np.float64 if values.dtype.kind == "f" else values.dtype.newbyteorder("=")
     rounding = HALF if values.dtype.kind == "f" and values.dtype.itemsize == 2 else FLOAT
     raw = replace(three_channels(path, np.array(values, dtype=kind)), rounding=rounding)

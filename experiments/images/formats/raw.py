@@ -131,10 +131,24 @@ def refuse(path: Path, found: object, accepted: str) -> InputError:
     return InputError("image", found, accepted, str(path))
 
 
+class OtherSize(InputError):
+    """An image of another size than the scene's: its ``size`` (width, height)."""
+
+    size: tuple[int, int]
+
+
+def other_size(path: Path, size: tuple[int, int], found: str, accepted: str) -> OtherSize:
+    """The error for it, in a format's own words."""
+    error = OtherSize("image", found, accepted, str(path))
+    error.size = size
+    return error
+
+
 def check_size(path: Path, size: tuple[int, int], wanted: tuple[int, int], more: str = "") -> None:
     """Refuse an image of another size (width, height)."""
     if size != wanted:
-        raise refuse(path, f"{size[0]} x {size[1]} pixels{more}", f"the scene's {wanted[0]} x {wanted[1]}")
+        scenes = f"the scene's {wanted[0]} x {wanted[1]}"
+        raise other_size(path, size, f"{size[0]} x {size[1]} pixels{more}", scenes)
 
 
 def check_bytes(path: Path, wanted: tuple[int, int], pixel: int) -> None:

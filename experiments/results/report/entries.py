@@ -13,6 +13,7 @@ from scipy import stats
 from nusselt.experiments.images.formats.exr import exr_planes
 from nusselt.experiments.results.document import plain
 from nusselt.experiments.results.rows import (
+    detectable,
     experiment_of,
     figures,
     finds,
@@ -77,6 +78,7 @@ def entry(
         "whose": whose(row),
         "against": against(row),
         "finds": finds(row),
+        "detectable": detectable(row, 2),
     }
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -24,11 +22,13 @@ from .entries import colours, entry, layers, tiles
 from .figures import BUDGET as FIGURES
 from .figures import drawings, fitting
 from .material import Material, read_material
-from .offline import asset, template
-from .pixels import BRIEF, PRECISE, Detail, Packed, pack_all, total_size
+from .offline import scripted
+from .pixels import BRIEF, PRECISE, Detail, Packed, pack_all, texts, total_size
 from .plots import ErrorFigure, error_figure
 from .tables import plain_table
 
+RANGES = {"difference": RANGE, "tiles": RANGE}
+"""Where the colours of each signed picture end."""
 SCRIPTS = ("viewer.js", "table.js")
 Progress = Callable[[str, int, int], None]
 
@@ -73,11 +73,7 @@ def write_report(
 
 def report_html(material: Material, progress: Progress, detail: Detail = BRIEF) -> str:
     """The page as text."""
-    script = "\n".join(asset(name) for name in SCRIPTS)
-    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    return template("page.html").render(
-        **_content(material, progress, detail), style=asset("style.css"), script=script, script_digest=digest
-    )
+    return scripted("page.html", SCRIPTS, _content(material, progress, detail))
 
 
 def _content(material: Material, progress: Progress, detail: Detail) -> dict[str, Any]:
@@ -104,10 +100,8 @@ def _content(material: Material, progress: Progress, detail: Detail) -> dict[str
         "races": races(rows),
         "experiments": _experiments(material, files),
         "strays": drawings(material.stray_figures(), files),
-        "blobs": {
-            name: base64.b64encode(blob).decode() for found in packed if found for name, blob in found.blobs.items()
-        },
-        "viewer": {"images": packs, "tiles": [tiles(row) for row in judged], "colours": colours(), "range": RANGE},
+        "blobs": texts(packed),
+        "viewer": {"images": packs, "tiles": [tiles(row) for row in judged], "colours": colours(), "ranges": RANGES},
         "seeds": sorted({str(row["seed"]) for row in rows if row.get("seed") is not None and "brought" not in row}),
     }
 

@@ -6,6 +6,7 @@ before its low bytes, deflated, base64. Where that is too much, blocks of pixels
 
 from __future__ import annotations
 
+import base64
 import hashlib
 import math
 import zlib
@@ -126,6 +127,12 @@ def total_size(found: list[Packed | None]) -> int:
     """Bytes of all blobs; rows that share a reference share its bytes."""
     every = {name: len(blob) for packed in found if packed for name, blob in packed.blobs.items()}
     return sum(every.values())
+
+
+def texts(found: Sequence[Packed | None]) -> dict[str, str]:
+    """Every blob in base64, by its name."""
+    blobs = {name: blob for packed in found if packed for name, blob in packed.blobs.items()}
+    return {name: base64.b64encode(blob).decode() for name, blob in blobs.items()}
 
 
 def pack_all(

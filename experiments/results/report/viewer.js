@@ -92,9 +92,10 @@ class Viewer {
     const { width, height, factor } = this.info, n = width * height, i = y * width + x;
     const colour = (layer) => [0, 1, 2].map((c) => rounded(layer[c * n + i])).join("  ");
     const lines = [`x ${x * factor}, y ${y * factor}   ${this.root.dataset.whose} ${colour(this.layers.ours)}`];
-    if (this.layers.reference) lines[0] += `   reference ${colour(this.layers.reference)}`;
+    if (this.layers.reference) lines[0] += `   ${this.root.dataset.other} ${colour(this.layers.reference)}`;
     if (this.layers.mistaken) lines[0] += `   with mistake ${colour(this.layers.mistaken)}`;
     const last = [];
+    if (this.layers.signed) last.push(`difference ${signed(this.layers.signed[i], 3)} % of the mean`);
     if (this.layers.difference) last.push(`difference ${signed(this.layers.difference[i])} standard errors`);
     if (this.tiles) {
       const side = this.tiles.side, at = Math.floor((y * side) / height) * side + Math.floor((x * side) / width);
@@ -114,7 +115,8 @@ class Viewer {
       this.show();
     } else if (name === "f" || name === " ") this.view = this.view === "ours" ? "reference" : "ours";
     else if (name === "m" && this.layers.mistaken) this.view = "mistaken";
-    else if (name === "d") this.view = "difference";
+    else if (name === "d") this.view = this.layers.signed ? "signed" : "difference";
+    else if (name === "z" && this.layers.signed) this.view = "difference";
     else if (name === "t") this.view = "tiles";
     else if (name === "e") { this.exposure.value = Number(this.exposure.value) + (event.shiftKey ? -0.5 : 0.5); this.paint(); }
     else if (name === "+" || name === "=") this.zoomTo("in");
@@ -144,11 +146,11 @@ class Viewer {
     const { width, height } = this.info, n = width * height, pixels = new ImageData(width, height);
     const view = this.view, ev = Number(this.exposure.value), out = pixels.data;
     this.root.querySelector(".exposure output").textContent = signed(ev);
-    const signedView = view === "difference" || view === "tiles";
-    this.root.querySelector(".legend").hidden = !signedView;
-    this.root.querySelector(".of-tiles").hidden = view !== "tiles";
+    const signedView = view in data.ranges;
+    for (const legend of this.root.querySelectorAll(".legend")) legend.hidden = !legend.dataset.of.split(" ").includes(view);
+    for (const words of this.root.querySelectorAll(".of-tiles")) words.hidden = view !== "tiles";
     this.exposure.disabled = this.curve.disabled = signedView;
-    if (signedView) this.paintSigned(out, n, view === "tiles");
+    if (signedView) this.paintSigned(out, n, view);
     else this.paintRadiance(out, n, this.layers[view], 2 ** ev, this.curve.checked);
     this.image.getContext("2d").putImageData(pixels, 0, 0);
     this.show();
@@ -164,12 +166,12 @@ class Viewer {
     }
   }
 
-  paintSigned(out, n, byTile) {
-    const { width, height } = this.info, side = byTile ? this.tiles.side : 0;
+  paintSigned(out, n, view) {
+    const { width, height } = this.info, byTile = view === "tiles", side = byTile ? this.tiles.side : 0, range = data.ranges[view];
     for (let i = 0; i < n; i++) {
       const x = i % width, y = (i - x) / width;
-      const z = byTile ? this.tiles.z[Math.floor((y * side) / height) * side + Math.floor((x * side) / width)] : this.layers.difference[i];
-      const shade = 3 * Math.round(255 * clamp((z + data.range) / (2 * data.range), 0, 1));
+      const z = byTile ? this.tiles.z[Math.floor((y * side) / height) * side + Math.floor((x * side) / width)] : this.layers[view][i];
+      const shade = 3 * Math.round(255 * clamp((z + range) / (2 * range), 0, 1));
       for (let c = 0; c < 3; c++) out[4 * i + c] = z === null || Number.isNaN(z) ? 128 : colours[shade + c];
       out[4 * i + 3] = 255;
     }

@@ -38,11 +38,14 @@ class Mean:
             "bias_relative_freedom": bias.freedom,
             "minimum_detectable_bias": margin + reach + bias.reserve(POWER) / scale,
         }
-        return of_interval(relative - reach, relative + reach, margin, figures)
+        whose = "the samples" if evidence.ours.is_random.any() else "the reference's samples"
+        return of_interval(relative - reach, relative + reach, margin, figures, whose)
 
 
-def of_interval(low: Floats, high: Floats, margin: float, figures: dict[str, Floats] | None = None) -> Finding:
-    """What intervals (b,) of the relative bias say."""
+def of_interval(
+    low: Floats, high: Floats, margin: float, figures: dict[str, Floats] | None = None, whose: str = "the samples"
+) -> Finding:
+    """What intervals (b,) of the relative bias say; ``whose`` samples would make them shorter."""
     outside = (low > margin) | (high < -margin)
     inside = (-margin <= low) & (high <= margin)
     middle = (low + high) / 2
@@ -61,7 +64,7 @@ def of_interval(low: Floats, high: Floats, margin: float, figures: dict[str, Flo
             where += ", across the margin's end" if not right[k] else ", far wider than the margin"
             return f"{where} of {margin:.3%}: declare another margin"
         seen = "if it is right" if right[k] else "if it is what it seems"
-        return f"{where}: {seen}, about {more[k]:.0f} times the samples would decide"
+        return f"{where}: {seen}, about {more[k]:.0f} times {whose} would decide"
 
     return Finding(outside, say, ~(outside | inside), more, figures or {})
 

@@ -10,6 +10,7 @@ import pytest
 from limit_scenes import BODIES, text
 
 from nusselt.experiments.check.check import References, check
+from nusselt.experiments.check.draw import Drawing, draw
 from nusselt.experiments.check.excuse import reconsidered, rule_error
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.unlit import unlit
@@ -120,6 +121,12 @@ def test_a_black_image_says_which_light_faces_away():
     assert (row["verdict"], row["as_claimed"]) == ("undecided", None)
     assert "nothing to judge" in row["reason"]
     assert "swap its two edges" in row["reason"]
+
+
+def test_a_black_render_says_it_and_why():
+    (said,) = (warning for warning in draw(made("faces-away"), Drawing()).warnings if "black" in warning)
+    assert "swap its two edges" in said
+    assert not any("black all over" in warning for warning in draw(made("ball-on-floor"), Drawing()).warnings)
 
 
 def test_a_light_below_the_horizon_lights_nothing():

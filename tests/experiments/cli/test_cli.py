@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import numpy as np
 import OpenEXR
 import pytest
 from click.testing import CliRunner
+from tev_listener import listening
 
 from nusselt.experiments.cli.main import main
 from nusselt.experiments.results.schema import SCHEMA
@@ -95,10 +97,14 @@ def test_the_row_can_be_made_again_from_its_command(small, tmp_path):
 def test_until_decided_keeps_its_passes_under_out(small, tmp_path):
     out = tmp_path / "out"
     options = ("--until-decided", "--budget", 60, "--margin", 0.02, "--samples", 4, "--out", out, "--json", "-")
-    status, printed, error = run("check", small, *options)
+    with listening() as (address, shown):
+        status, printed, error = run("check", small, *options, "--tev", address)
+        gc.collect()  # the connection is the command's own
     assert status == 0, error
     row = json.loads(printed)["rows"][0]
     assert row["looks"] >= 1
+    assert sum(one[0] == "update" for one in shown) == 7 * row["looks"]  # two images in colour, and z
+    assert "--tev" not in row["command"]
     import shlex
 
     words = shlex.split(row["command"])

@@ -363,7 +363,7 @@ def test_the_noise_and_what_would_have_been_found_stand_in_the_row(tmp_path):
     write_json(document([told, row("b", finds=None, noise_word=None)]), str(tmp_path / "results.json"))
     write_report(tmp_path, tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
-    assert page.count("<td>noisier</td>") == 1
+    assert page.count(">noisier</td>") == 1
     assert "bias 0.17 %, contrast 1.23 %, residual (RMS) 4.56 %</dd>" in page
     assert "noisier, 3.14 times the expected variance, correlation 0.25" in page
     assert "2 beyond any noise" in page

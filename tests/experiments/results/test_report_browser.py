@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -243,12 +244,42 @@ def test_the_first_line_is_the_largest_whatever_it_says(verdict, opened, tmp_pat
     assert sizes[0] > 1.5 * max(sizes[1:])
 
 
-def test_it_fits_a_telephone(browser):
-    metrics = {"width": 390, "height": 800, "deviceScaleFactor": 1, "mobile": True}
+@contextmanager
+def width_of(browser, pixels: int):
+    metrics = {"width": pixels, "height": 800, "deviceScaleFactor": 1, "mobile": True}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
-    width = browser.execute_script("return document.documentElement.scrollWidth")
+    yield
     browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-    assert width <= 390
+
+
+def test_it_fits_a_telephone(browser):
+    with width_of(browser, 390):
+        assert browser.execute_script("return document.documentElement.scrollWidth") <= 390
+
+
+@pytest.mark.parametrize("pixels", [420, 1000])
+def test_words_are_whole_and_figures_inside_at_any_width(pixels, opened, tmp_path):
+    names = ["quad-stratified", "cornell-glossy", "unshadowed"]
+    write_json(document([row(name, noise_word="as expected") for name in names]), str(tmp_path / "results.json"))
+    write_report(tmp_path, tmp_path / "page.html")
+    with width_of(opened, pixels):
+        opened.get((tmp_path / "page.html").as_uri())
+        broken = """const broken = [];
+        const words = document.createTreeWalker(document.getElementById("table"), NodeFilter.SHOW_TEXT);
+        while (words.nextNode()) for (const word of words.currentNode.data.matchAll(/[a-z]+/gi)) {
+          const range = document.createRange();
+          range.setStart(words.currentNode, word.index);
+          range.setEnd(words.currentNode, word.index + word[0].length);
+          if (new Set([...range.getClientRects()].map((box) => Math.round(box.top))).size > 1) broken.push(word[0]);
+        }
+        return broken"""
+        assert opened.execute_script(broken) == []
+        outside = """const right = document.querySelector(".wide").getBoundingClientRect().right;
+        return [...document.querySelectorAll(".line td")].filter((e) => e.getBoundingClientRect().right > right + 1
+          ).map((e) => e.textContent)"""
+        assert opened.execute_script(outside) == []
+        bias = opened.execute_script("return document.querySelector('[data-head=bias]').getBoundingClientRect().width")
+        assert bias > 30
 
 
 def test_a_hostile_figure_is_a_picture(browser):

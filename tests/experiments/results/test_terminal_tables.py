@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import io
+import re
 
 import pytest
+from places import ROOT
 from rich.console import Console
 
+from nusselt.experiments.cli.stability import show
+from nusselt.experiments.results.columns import COLUMNS
 from nusselt.experiments.results.study_tables import table
 from nusselt.experiments.results.tables import closing, console, verdict_table
+from nusselt.experiments.verdict.decision import AS_CLAIMED
 
 
 def row(scene: str, verdict: str, bias: float) -> dict:
@@ -49,9 +54,38 @@ def test_names_and_numbers_are_whole(width):
         assert word in line
 
 
+@pytest.mark.parametrize(("least", "shown"), [(0.5, "50.000"), (1550.14, "> 100")])
+def test_no_bias_beyond_the_whole_is_said_to_be_found(least, shown):
+    (line,) = (
+        line
+        for line in told(80, [ROWS[0] | {"minimum_detectable_bias": least}])
+        if "differs" in line or "agrees" in line
+    )
+    assert shown in line
+    assert "155014" not in line
+
+
+def test_names_of_the_stability_table_are_whole_at_80_columns():
+    page = io.StringIO()
+    name = "triangle-beside-its-own-edge"
+    figures = dict.fromkeys(("relative_error", "error_bound", "condition", "textbook_error", "mitsuba"), 1e-9)
+    case = {"name": name, "dtype": "float64", "form": "mesh irradiance", "bound_held": True, "value": 1.0, **figures}
+    show([case], Console(file=page, width=80))
+    assert name in page.getvalue()
+
+
 @pytest.mark.parametrize(("rows", "has"), [(ROWS, True), (ROWS[2:], False)], ids=["the course's", "one's own"])
 def test_scores_of_the_course_are_of_its_scenes(rows, has):
     assert any("2.67 to 2.93" in line for line in told(140, rows)) is has
+
+
+def test_every_figure_of_the_table_is_in_the_glossary():
+    words = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
+    terms = re.findall(r"\*\*([^*]+)\*\*", words)
+    assert len(terms) == len(set(terms))
+    for name in [column.name.removeprefix("its ") for column in COLUMNS if column.number] + list(AS_CLAIMED):
+        assert any(term.lower().startswith(name.lower()) for term in terms), name
+    assert "docs/glossary.md" in (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def test_one_line_closes():

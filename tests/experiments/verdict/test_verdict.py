@@ -16,7 +16,7 @@ from nusselt.experiments.verdict.decision import decide
 from nusselt.experiments.verdict.evidence import Expectations, evidence_of
 from nusselt.experiments.verdict.intervals import Bias, pooled_bias, welch
 from nusselt.experiments.verdict.judge import judge
-from nusselt.experiments.verdict.level import Level
+from nusselt.experiments.verdict.level import Level, findings
 from nusselt.experiments.verdict.rule import Finding
 from nusselt.experiments.verdict.rules import RULES
 from nusselt.experiments.verdict.rules.mean import of_interval
@@ -27,7 +27,7 @@ from nusselt.experiments.verdict.rules.variance_ratio import log_ratio_error, va
 from nusselt.experiments.verdict.side import Side
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
-from nusselt.renderer.estimators import Area
+from nusselt.renderer.estimators import Analytic, Area
 from nusselt.renderer.image import render
 
 FALSE_ALARM = 1e-6
@@ -184,6 +184,15 @@ def objecting(sentence: str, more: float) -> Finding:
 
 AGREEING = interval(-0.0005, 0.0004)
 FEW_PASSES, UNSEEN = objecting("few passes", 2.0), objecting("24 of 14204 ...", math.inf)
+
+
+def test_an_image_without_noise_asks_for_samples_of_the_reference():
+    room = small(load("quad"), 32)
+    exact, noisy = render(room, Analytic()), render(room, Area(samples=4), seed=1, passes=32)
+    theirs = Reference.of_image(render(room, Area(samples=4), seed=2, passes=32), "mitsuba", 4)
+    for ours, passes, whose in ((exact, 1, "the reference's samples"), (noisy, 32, "the samples")):
+        finding = findings(evidence_of(ours, theirs, passes, 5e-3), Level(1e-3, 1))["mean"]
+        assert f"times {whose} would decide" in finding.say(0)
 
 
 def test_words():
