@@ -131,11 +131,11 @@ def over_a_floor(*lights, meshes=()):
 
 @pytest.mark.parametrize("meshes", [(), (box((0.0, 0.25, -0.5), (0.5, 1.5, 0.5)),)], ids=["free", "through a box"])
 def test_pixels_by_area_cut_the_rim(meshes):
-    made = over_a_floor(Lamp((1.0, 2.5, 1.0), (5.0, 5.0, 5.0), LEVEL), meshes=meshes)
+    made = over_a_floor(Lamp((1.0, 2.5, 1.0), (5.0, 5.0, 5.0), LEVEL), meshes=meshes).with_(width=16, height=12)
     cut = render_area(made, Exact(), tolerance=1e-3).image
     rays = render(made.with_(spp=1024), Area(), seed=1, passes=8)
     share = rays.emitter
-    assert share.sum() > 20
+    assert share.sum() > 5
     # 8192 independent rays a pixel: 6 standard deviations of the sum, and of any pixel.
     assert abs(cut.emitter.sum() - share.sum()) < 6 * np.sqrt((share * (1 - share)).sum() / 8192) + 1e-3
     assert np.abs(cut.emitter - share).max() < 6 * 0.5 / np.sqrt(8192)

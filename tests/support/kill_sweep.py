@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -43,16 +44,21 @@ def whole(out: Path) -> float:
     return time.monotonic() - started
 
 
-def killed(out: Path, after: float) -> int:
-    """Run it, and kill it with all it started; how many jobs it had finished by then."""
+def done(out: Path) -> int:
+    """How many jobs are on disk."""
+    return len(list((out / "jobs").glob("*.npz")))
+
+
+def killed(out: Path, when: Callable[[], bool]) -> int:
+    """Run it, and kill it with all it started as soon as ``when`` says so; how many jobs it had finished by then."""
     with subprocess.Popen(
         command(out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
     ) as running:
-        try:
-            running.wait(after)
-        except subprocess.TimeoutExpired:
+        while running.poll() is None and not when():
+            time.sleep(0.01)
+        if running.returncode is None:
             os.killpg(running.pid, signal.SIGKILL)
-    return len(list((out / "jobs").glob("*.npz")))
+    return done(out)
 
 
 def main() -> int:
@@ -70,11 +76,12 @@ def main() -> int:
         for number in range(asked.kills):
             out = folder / str(number)
             after = float(rng.uniform(0, seconds))
-            done = killed(out, after)
+            moment = time.monotonic() + after
+            jobs = killed(out, lambda moment=moment: time.monotonic() >= moment)
             whole(out)
             same = rows(out) == right
             wrong += not same
-            print(f"killed after {after:.2f} of {seconds:.2f} s, {done} jobs done: {'same' if same else 'OTHER'} rows")
+            print(f"killed after {after:.2f} of {seconds:.2f} s, {jobs} jobs done: {'same' if same else 'OTHER'} rows")
     print(f"{asked.kills} kills, {wrong} other results, {len(right)} rows each")
     return int(wrong > 0 or not right)
 

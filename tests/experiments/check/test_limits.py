@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -40,6 +41,7 @@ def made(name: str, size: str = "32 24") -> Scene:
     return parse_scene(text(name, size)).with_(name=name)
 
 
+@cache
 def answer(name: str, size: str = "32 24"):
     return check(made(name, size), Question(estimator="exact", margin=MARGIN), command="", references=References())
 

@@ -39,6 +39,7 @@ def test_right_images_with_penumbrae_do_not_differ(kind, count, stratified):
         assert row["verdict"] != "differs", row["reason"]
 
 
+@pytest.mark.usefixtures("undiagnosed")
 @pytest.mark.parametrize("count", [1, 2])
 def test_few_wrong_pixels_in_the_same_images_differ(count):
     """Three dead pixels in the lit floor; a mean does not see them at a margin of 1 %."""
@@ -59,6 +60,7 @@ def test_the_same_image_twice_is_one_and_said():
     assert "correlated-seeds" not in [mistake["name"] for mistake in row["likely_mistakes"]]
 
 
+@pytest.mark.usefixtures("undiagnosed")
 def test_the_noise_of_images_is_said_and_counts_where_it_is_asked():
     """A quarter and four times the samples, and one image twice, all right in the mean; the expected one is claimed."""
     word_of = {16: "as expected", 4: "noisier", 64: "quieter"}
@@ -72,6 +74,7 @@ def test_the_noise_of_images_is_said_and_counts_where_it_is_asked():
     assert (row["verdict"], row["noise_word"], row["as_claimed"]) == ("agrees", "alike", True)
 
 
+@pytest.mark.usefixtures("undiagnosed")
 def test_pixels_that_share_noise_are_told_alike():
     """Neighbours of a right image averaged in pairs, of two seeds: the noise is alike, the mean is not hurt."""
     images = [honest(ROOM, seed) for seed in (1, 2)]
@@ -82,6 +85,7 @@ def test_pixels_that_share_noise_are_told_alike():
     assert judged(ROOM, images, margin=0.1)["noise_word"] == "as expected"
 
 
+@pytest.mark.usefixtures("undiagnosed")
 def test_a_renderer_that_picks_one_light_a_sample_is_right():
     """A point light and a lamp, one at random for every sample; off by a tenth it differs."""
     made = scene(floor(), lights=(PointLight((1.0, 2.0, 1.0), (9.0, 8.0, 7.0)), lamp(1.5)), size=(40, 30))
@@ -100,6 +104,7 @@ def test_a_renderer_that_picks_one_light_a_sample_is_right():
     assert judged(made, [1.3 * picked(1), 1.3 * picked(2)], margin=0.05)["verdict"] == "differs"
 
 
+@pytest.mark.usefixtures("undiagnosed")
 def test_a_scene_of_point_lights_has_no_noise_and_is_compared_exactly():
     made = scene(floor(), ellipsoids=(BALL,), lights=(PointLight((1.0, 2.0, 1.0), (9.0, 8.0, 7.0)),), size=(40, 30))
     image = render(made, Area()).mean.transpose(1, 2, 0)
@@ -159,6 +164,7 @@ def test_images_with_noise_in_common_count_as_one_and_are_told_so(share):
     assert row["likely_mistakes"][0]["name"] == "correlated-seeds"
 
 
+@pytest.mark.usefixtures("undiagnosed")
 def test_two_runs_of_a_renderer_are_compared():
     """Another seed shows nothing; half of the samples show twice the variance."""
     made = scene(floor(), lights=(lamp(1.0, 0.6),), size=(96, 72), name="floor")

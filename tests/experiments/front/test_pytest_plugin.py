@@ -58,24 +58,20 @@ def run(project, *arguments: str):
     return project.runpytest_subprocess("-p", "nusselt.pytest_plugin", "-p", "no:xdist", *arguments)
 
 
-def test_a_failure_is_the_verdicts_words(project):
-    result = run(project)
+def rows_of(project) -> list[dict]:
+    return json.loads((project.path / "kept" / "results.json").read_text())["rows"]
+
+
+def test_a_failure_is_the_verdicts_words_and_a_report_is_kept_of_which_an_earlier_one_is_no_part(project):
+    stale = project.path / "kept" / ".parts"
+    stale.mkdir(parents=True)
+    (stale / "gw7.json").write_text(json.dumps({"schema": 1, "rows": [{"scene": "of a run that was killed"}]}))
+    result = run(project, "--nusselt-report", "kept")
     result.assert_outcomes(passed=3, failed=2)
     result.stdout.fnmatch_lines(["open, renderer: differs: *", "it looks like * (*%*", "again: nusselt.check(*"])
     result.stdout.fnmatch_lines(["InputError: margin = -1: expected a number above 0*"])
     assert result.stdout.str().count("margin=-1") == 0  # no line of the test's source, and none of ours
     result.stdout.no_fnmatch_line("again:*cache=*")
-
-
-def rows_of(project) -> list[dict]:
-    return json.loads((project.path / "kept" / "results.json").read_text())["rows"]
-
-
-def test_a_report_is_kept_and_an_earlier_one_is_no_part_of_it(project):
-    stale = project.path / "kept" / ".parts"
-    stale.mkdir(parents=True)
-    (stale / "gw7.json").write_text(json.dumps({"schema": 1, "rows": [{"scene": "of a run that was killed"}]}))
-    result = run(project, "--nusselt-report", "kept")
     result.stdout.fnmatch_lines(["nusselt: *report.html"])
     rows = rows_of(project)
     assert [row["verdict"] for row in rows] == ["agrees", "differs", "agrees", "differs"]
@@ -106,9 +102,10 @@ def test_nothing_checked_is_said(pytester):
 
 @pytest.mark.slow
 def test_processes_write_their_parts_and_one_report_has_them_all(project):
+    project.makepyfile(test_renderer=TESTS[: TESTS.index("@pytest.mark.parametrize")])
     result = project.runpytest_subprocess("-p", "nusselt.pytest_plugin", "-n", "2", "--nusselt-report", "kept")
-    result.assert_outcomes(passed=3, failed=2)
-    assert [row["verdict"] for row in rows_of(project)] == ["agrees", "differs", "agrees", "differs"]
+    result.assert_outcomes(passed=1, failed=1)
+    assert [row["verdict"] for row in rows_of(project)] == ["agrees", "differs"]
     assert not list((project.path / "kept").glob(".*"))
 
 
@@ -117,6 +114,10 @@ KEPT = """
 def test_kept(nusselt):
     results = nusselt.check("shadow.test", estimator="exact", margin=0.05)
     assert results.row["reference"]["samples"] > 0
+"""
+ANOTHER = """
+def test_another(nusselt):
+    nusselt.check("another.test", estimator="exact", margin=0.05)
 """
 OFFLINE = """
 from nusselt.experiments.check import check
@@ -136,9 +137,10 @@ def test_references_are_kept_between_runs(pytester):
     pytester.makeconftest(OFFLINE)
     run(pytester).assert_outcomes(passed=1)
     kept.rename(pytester.mkdir("references") / kept.name)
-    run(pytester, "--nusselt-cache", "references").assert_outcomes(passed=1)
-    pytester.makefile(".test", shadow=SHADOW.replace("5 5 5", "6 6 6"))
-    run(pytester).assert_outcomes(failed=1)  # another scene is not served by what is kept
+    pytester.makefile(".test", another=SHADOW.replace("5 5 5", "6 6 6"))
+    pytester.makepyfile(test_another=ANOTHER)
+    # Another scene is not served by what is kept.
+    run(pytester, "--nusselt-cache", "references").assert_outcomes(passed=1, failed=1)
 
 
 def test_a_run_that_does_not_use_it_imports_nothing(pytester):

@@ -47,7 +47,7 @@ def test_an_image_on_a_cluster_is_the_local_one_bit_for_bit(dask, picture):
 
 
 def test_a_lost_worker_changes_nothing(dask, picture):
-    estimator = Area(samples=64, stratified=True)
+    estimator = Area(samples=25, stratified=True)
     killed = []
 
     def kill_one(done: int, total: int) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
+from functools import cache
 
 import numpy as np
 import pytest
@@ -105,6 +106,13 @@ def test_a_twin_changes_no_light_where_nothing_is_in_the_way(twin):
         assert compared.wrong.size == 0
 
 
+@cache
+def right_faults(name, two):
+    """What a twin finds wrong with the right estimator."""
+    made = TWO if two else PLAIN
+    return [f for seed in range(3) for f in examine(made, seed, twins(name), (), Planted("right")).faults]
+
+
 @pytest.mark.parametrize(
     ("way", "name"),
     [
@@ -124,9 +132,10 @@ def test_a_twin_changes_no_light_where_nothing_is_in_the_way(twin):
 )
 def test_a_planted_fault_is_found_by_the_twin_it_breaks(way, name):
     made = TWO if "order" in name else PLAIN
-    faults = [f for seed in range(6) for f in examine(made, seed, twins(name), (), Planted(way)).faults]
+    asked = (examine(made, seed, twins(name), (), Planted(way)).faults for seed in range(6))
+    faults = next(filter(None, asked), [])  # of the first seed that finds any
     assert {f.check for f in faults} == {name}
-    assert not [f for seed in range(3) for f in examine(made, seed, twins(name), (), Planted("right")).faults]
+    assert right_faults(name, made is TWO) == []
 
 
 @pytest.mark.parametrize("way", ["not a number", "negative", "warns", "raises"])

@@ -41,10 +41,14 @@ class Area2(Area):
 """
 RENDERER = """
 import sys
-import nusselt
+from pathlib import Path
+from nusselt.experiments.images.write import write_image
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.image import render
+from nusselt.renderer.scene_text import read_scene
 
 scene, samples, seed, output = sys.argv[1:]
-nusselt.render(scene, estimator="area", samples=int(samples), seed=int(seed)).write(output)
+write_image(Path(output), render(read_scene(scene), Area(samples=int(samples)), seed=int(seed)).mean)
 """
 
 
