@@ -11,12 +11,12 @@ from scipy import ndimage
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.camera.view import View, look
 from nusselt.renderer.estimators.protocol import BLOCK
-from nusselt.renderer.lights import colour
+from nusselt.renderer.lights import QuadLight, colour
 from nusselt.renderer.needs import Source
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import reflect
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats, cross, dot
 
 NODES, AROUND = np.linspace(0, 1, 3), np.linspace(0, 1, 9)
 """Of a grid of light points, whose brightest is refined once; of a light that shines from all around."""
@@ -30,8 +30,9 @@ def sample_ceilings(scene: Scene, solid: bool = False) -> Floats:
 
     Of its area, or, where ``solid``, of its solid angle.
 
-    Found on a grid over the light, its border included, refined about its brightest point, and doubled: a lobe narrower
-    than a quarter of the light is missed. Where a pixel is its box, a sample may also meet what its neighbours show.
+    Found on a grid over the light, its border included, refined about its brightest point, and where a lobe points at a
+    parallelogram, and doubled: of other lights a lobe narrower than a quarter of them is missed. Where a
+    pixel is its box, a sample may also meet what its neighbours show.
 
     Returns
     -------
@@ -73,9 +74,29 @@ def _brightest(view: View, source: Source, solid: bool) -> Floats:
     first = _alone(view, source, solid, u, v)
     best = first.argmax(axis=1)
     near = [np.clip(node[0, best][:, None] + (node - 0.5) / (nodes.size - 1), 0, 1) for node in (u, v)]
+    brightest = np.maximum(first.max(axis=1), _alone(view, source, solid, *near).max(axis=1))
+    quad = source.light.parallelogram()
+    if source.glossy and quad is not None and not solid:
+        brightest = np.maximum(brightest, _alone(view, source, solid, *_mirrored(view, quad)).max(axis=1))
     out = np.zeros(view.background.size)
-    out[view.lit] = 2 * np.maximum(first.max(axis=1), _alone(view, source, solid, *near).max(axis=1))
+    out[view.lit] = 2 * brightest
     return out
+
+
+def _mirrored(view: View, quad: QuadLight) -> tuple[Floats, Floats]:
+    """Where the angle to the mirror direction is least, (n, 5) twice: in the light's plane, and on each edge."""
+    m, (p, ab, ac) = view.points.mirror, quad.columns
+    at = p - view.points.position
+    with np.errstate(all="ignore"):  # of rays beside the plane, and edges that point at the place
+        normal = cross(ab, ac)
+        step = m * (dot(at, normal) / dot(m, normal)) - at
+        size = dot(normal, normal)
+        u, v = [dot(cross(step, ac), normal) / size], [dot(cross(ab, step), normal) / size]
+        for start, along, fixed, free in ((at, ab, v, u), (at + ac, ab, v, u), (at, ac, u, v), (at + ab, ac, u, v)):
+            fall = dot(m, start) * dot(along, along) - dot(m, along) * dot(start, along)
+            free.append((dot(m, along) * dot(start, start) - dot(m, start) * dot(start, along)) / fall)
+            fixed.append(np.full_like(fall, float(start is not at)))
+    return tuple(np.clip(np.nan_to_num(np.stack(one, axis=1)), 0, 1) for one in (u, v))  # type: ignore[return-value]
 
 
 def _alone(view: View, source: Source, solid: bool, u: Floats, v: Floats) -> Floats:

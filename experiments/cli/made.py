@@ -46,11 +46,8 @@ class Made:
         return sized(scene, self.width, self.samples)
 
 
-made_options = together(
-    Made,
-    "made",
+OPTIONS = (
     click.option("--renderer", metavar="COMMAND", help="A program with {scene} or {xml}, {output} …; or: mitsuba."),
-    click.option("--estimator", metavar="NAME", help="Instead of the scene's. See: list."),
     click.option("--image-type", type=click.Choice(list(READERS)), default=".exr", show_default=True),
     click.option("--run-timeout", type=click.FloatRange(0, min_open=True), default=600.0, show_default=True),
     click.option("--new-kinds", is_flag=True, help="The renderer knows quad and triangle lights."),
@@ -58,3 +55,5 @@ made_options = together(
     click.option("--width", type=click.IntRange(1, 65_536), help="Pixels across, instead of the scene's."),
     click.option("--samples", type=click.IntRange(1, 1 << 24), help="Per light, instead of the scene's."),
 )
+estimator_option = click.option("--estimator", metavar="NAME", help="Instead of the scene's. See: list.")
+made_options = together(Made, "made", *OPTIONS, estimator_option)

@@ -12,7 +12,7 @@ from nusselt.experiments.terminal.group import Group
 
 COMMANDS = (
     *("check", "render", "export", "run", "stability", "doctor", "report", "compare", "diff", "list"),
-    *("reference", "test-estimator", "sensors", "peers", "cross", "metamorphic", "reduce"),
+    *("reference", "test-estimator", "sensors", "peers", "cross", "metamorphic", "reduce", "hunt"),
 )
 """Each is ``command`` of the file of its name: to add one, write the file and name it here."""
 

@@ -4,21 +4,27 @@ from __future__ import annotations
 
 import math
 import shlex
+import signal
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
 from nusselt.experiments.check.request import Reading
 from nusselt.experiments.files import replacing
+from nusselt.experiments.images.read import READERS
 from nusselt.experiments.metamorphic.ask import Asking
-from nusselt.experiments.reduce.failure import BESIDE, CRASHES, Failure, manner_of
+from nusselt.experiments.reduce.failure import BESIDE, CRASHES, NOT_FINITE, manner_of
 from nusselt.experiments.reduce.reduce import Trials, reduced, told
 from nusselt.experiments.results.status import EXIT
+from nusselt.experiments.scenes.catalogue import OTHERS
+from nusselt.experiments.terminal.group import stop
 from nusselt.experiments.terminal.options import reading_options, seed_option
 from nusselt.experiments.terminal.places import Place
 from nusselt.experiments.terminal.progress import progress_bar
+from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.words import count
 
@@ -60,9 +66,15 @@ def command(
     \b
     nusselt reduce big.test --renderer "./mine {scene} {output}" -o small.test
     """
+    if output.suffix in (*READERS, *OTHERS, ".json"):
+        raise InputError("output", str(output), "a name for a scene file, such as small.test")
     asking = Asking(budget=step_budget, only=wanted, **asked)  # type: ignore[arg-type]
     whole, until = made.scene(reading.scene(scene)), time.monotonic() + seconds
-    failure, unknown = manner_of(whole, made.source, asking, wanted, until)
+    try:
+        failure, unknown = manner_of(whole, made.source, asking, wanted, until)
+    except KeyboardInterrupt as ended:
+        status = 128 + getattr(ended, "number", signal.SIGINT)
+        stop("interrupted before it was known whether anything fails: nothing is written", status)
     if failure is None:
         rest = f" that could be shown; undecided: {', '.join(unknown)}" if unknown else ""
         click.echo(f"{whole.name}: nothing fails{rest}", err=True)
@@ -71,7 +83,9 @@ def command(
         trials = Trials(failure, until, output.with_suffix(".json"), report, files=made.files)
         small = reduced(whole, trials)
     with replacing(output) as beside:
-        beside.write_text(told(small, failure, _again(context, failure, output)), encoding="utf-8")
+        words = said_words(context, ("scene", "output", "seconds", "step_budget", "width", "samples", "wanted"))
+        shows = again(words, failure.manner, output.name)
+        beside.write_text(told(small, failure, shows), encoding="utf-8")
     late = ", and the time was up" if trials.out_of_time else ""
     click.echo(
         f"{failure.manner}: {_size(whole)} became {_size(small)} in {count(trials.asked, 'trial')}{late}: {output}"
@@ -79,12 +93,11 @@ def command(
     sys.exit(EXIT["not as claimed"])
 
 
-def _again(context: click.Context, failure: Failure, output: Path) -> str:
-    """The command that shows the failure of the small scene."""
-    words = said_words(context, ("scene", "output", "seconds", "step_budget", "width", "samples", "wanted"))
-    if failure.manner in (CRASHES, BESIDE):
-        return shlex.join(["nusselt", "reduce", output.name, *words, "-o", "again.test"])
-    return shlex.join(["nusselt", "metamorphic", output.name, *words, "--relation", failure.manner])
+def again(words: Sequence[str], manner: str, name: str) -> str:
+    """The command that shows how a small scene of a file's name fails; ``words`` are options of `reduce`."""
+    if manner in (CRASHES, NOT_FINITE, BESIDE):
+        return shlex.join(["nusselt", "reduce", name, *words, "-o", "again.test"])
+    return shlex.join(["nusselt", "metamorphic", name, *words, "--relation", manner])
 
 
 def _size(scene: Scene) -> str:

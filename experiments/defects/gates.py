@@ -17,6 +17,8 @@ LEVELS = 1.0
 SIMILAR, WINDOW = 0.95, 7
 """Least structural similarity that is let pass, and the side of its window in pixels."""
 SIGNIFICANCE = 0.01
+CHANGED, FEW = 4, 0.01
+"""Levels by which a pixel is changed, and the share of pixels that may be."""
 FORGIVEN = 0.0025
 """Share of pixels and channels that may fail by any amount, and the least variance a sample is taken to have: those
 of Mitsuba's own render tests."""
@@ -53,3 +55,9 @@ def pixels_differ(ours: Image, reference: Reference, samples: int, passes: int) 
     level = -math.expm1(math.log1p(-SIGNIFICANCE) / step.size)
     passed = step <= stats.norm.isf(level / 2) * error  # False for what is not a number
     return bool(1 - passed.mean() > FORGIVEN)
+
+
+def changed(ours: Image, reference: Reference) -> bool:
+    """Whether more than one pixel in a hundred of two 8-bit PNGs is off by more than four levels."""
+    step = to_levels(ours.first).astype(int) - to_levels(reference.mean).astype(int)
+    return bool((np.abs(step).max(axis=0) > CHANGED).mean() > FEW)

@@ -113,7 +113,8 @@ def lobe(surface: Surface, normal: Floats, towards: Floats, w: Floats) -> Floats
     """Phong's, (n, k)."""
     mirror = 2 * dot(normal, towards) * normal - towards
     cosine = np.maximum(dot(mirror[:, :, None], w), 0)
-    return np.asarray((surface.shininess + 2) / (2 * math.pi) * cosine**surface.shininess)
+    power = np.where(cosine > 0, cosine**surface.shininess, 0.0)  # 0^0 is 1 elsewhere
+    return np.asarray((surface.shininess + 2) / (2 * math.pi) * power)
 
 
 def cosine(c: Floats) -> Floats:

@@ -100,14 +100,19 @@ class Pictures:
         return [self.kept[seed], *(self.source.image(shot, seed) for shot in related.shots)]
 
 
+def is_still(related: Related, source: Source) -> bool:
+    """Whether images of a relation are claimed to have no noise: all of them, for other lights may come in."""
+    scenes = (related.of, *(shot.scene for shot in related.shots))
+    return related.still or all(source.claim(scene) == "exact" for scene in scenes)
+
+
 def put(pictures: Pictures, related: Related, asking: Asking, level: Level) -> tuple[Judged, int, int]:
     """Judge a relation: the verdict, its seeds, and how often it was looked at; until it is decided, if there is time.
 
     Looks spend from one false-alarm rate, as those of `check --until-decided` do.
     """
     started, images, look = time.monotonic(), [], 0  # type: ignore[var-annotated]
-    if pictures.source.claim(pictures.scene) == "exact":
-        related = replace(related, still=True)
+    related = replace(related, still=is_still(related, pictures.source))
     while True:
         look += 1
         for _ in range(math.ceil(asking.runs * share_of(look))):

@@ -18,8 +18,10 @@ from nusselt.experiments.verdict.decision import Word, decide
 from nusselt.experiments.verdict.evidence import CHANCE, Evidence
 from nusselt.experiments.verdict.intervals import average
 from nusselt.experiments.verdict.level import Level, findings
+from nusselt.experiments.verdict.rule import Finding
 from nusselt.experiments.verdict.rules.normality import is_doubtful
 from nusselt.experiments.verdict.rules.pass_spread import PassSpread
+from nusselt.experiments.verdict.rules.tiles import Tiles
 from nusselt.experiments.verdict.side import Seen, Side
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
 from nusselt.renderer.estimators import Area
@@ -83,17 +85,25 @@ def judge_relation(
     if still := _silent(related, images, difference):
         return still
     evidence = evidence_of(related, expected, difference, margin + related.bound)
-    said = findings(evidence, level)
+    said = _findings(related, evidence, level)
     if is_doubtful(evidence)[0]:  # what is left of noise in common is rare: all noise is taken, of seeds unpaired
         unpaired = np.array([seen for seen, _ in pairs]) - np.roll([wanted for _, wanted in pairs], 1, axis=0)
         evidence = evidence_of(related, expected, unpaired, margin + related.bound)
-        said = findings(evidence, level)
+        said = _findings(related, evidence, level)
     if said[PassSpread.name].fails[0]:  # pixels have noise in common: only passes are independent
         ours = replace(evidence.ours, by_passes=True)
-        said = findings(replace(evidence, ours=ours, shares_points=True), level)
+        said = _findings(related, replace(evidence, ours=ours, shares_points=True), level)
     word, reason, more = decide(said.values())
     figures = {key: value for finding in said.values() for key, value in finding.figures.items() if key in FIGURES}
     return Judged(word, reason, {key: np.asarray(value)[0].tolist() for key, value in figures.items()}, more)
+
+
+def _findings(related: Related, evidence: Evidence, level: Level) -> dict[str, Finding]:
+    """What the rules say; not tiles where a lobe's samples may be rare and large: few pixels miss them all alike."""
+    said = findings(evidence, level)
+    if any(scene.is_glossy for scene in (related.of, *(shot.scene for shot in related.shots))):
+        said[Tiles.name] = replace(said[Tiles.name], fails=evidence.nowhere)
+    return said
 
 
 def _limit(seen: Floats, wanted: Floats, relative: float) -> Floats:

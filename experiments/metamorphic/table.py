@@ -44,5 +44,7 @@ def sentences(rows: Sequence[Row]) -> list[str]:
                 alike.setdefault(row["reason"], []).append(f"{row['scene']}, {row['method']}")
         told += [f"{word} ({why}): {'; '.join(names)}" for why, names in alike.items()]
     words = [row["verdict"] for row in rows if "verdict" in row]
+    if not words:
+        return [*told, "no relation could be judged"]
     counts = ", ".join(f"{words.count(word)} {verbs[words.count(word) != 1]}" for word, verbs in VERBS.items())
     return [*told, f"{count(len(words), 'relation')}: {counts}"]

@@ -7,6 +7,8 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from nusselt.experiments.external.program import ProgramFailed
 from nusselt.experiments.metamorphic.ask import Asking, Pictures, put
 from nusselt.experiments.metamorphic.judge import Judged
@@ -18,8 +20,9 @@ from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
+from nusselt.renderer.words import count
 
-CRASHES, BESIDE = "gives no image", "differs from ours"
+CRASHES, NOT_FINITE, BESIDE = "gives no image", "gives values that are not finite", "differs from ours"
 STEPS = 2000
 """Scenes among which the false-alarm rate is divided: so many are tried at most."""
 OURS = "area"
@@ -62,7 +65,7 @@ class Failure:
     Parameters
     ----------
     manner : str
-        `CRASHES`, `BESIDE`, or the name of a relation.
+        `CRASHES`, `NOT_FINITE`, `BESIDE`, or the name of a relation.
     source : Source
     asking : Asking
         Its ``alpha`` is of all scenes tried together.
@@ -75,6 +78,8 @@ class Failure:
     def judged(self, scene: Scene) -> Judged | None:
         """What is said of a scene; None where nothing can be."""
         try:
+            if self.manner in (CRASHES, NOT_FINITE):
+                return self._images(scene)
             related, source = self._related(scene)
             if isinstance(related, str):
                 return None
@@ -85,9 +90,15 @@ class Failure:
         except InputError:
             return None
 
+    def _images(self, scene: Scene) -> Judged:
+        """Whether every seed gives an image, of numbers."""
+        for seed in range(self.asking.seed + 1, self.asking.seed + 1 + self.asking.runs):
+            wrong = np.count_nonzero(~np.isfinite(self.source.image(Shot(scene), seed)))
+            if wrong and self.manner == NOT_FINITE:
+                return Judged("differs", f"{count(wrong, 'value', 'is')} not finite with seed {seed}", {})
+        return Judged("agrees", "", {})
+
     def _related(self, scene: Scene) -> tuple[Related | str, Source]:
-        if self.manner == CRASHES:
-            return Related(scene, (), lambda images: (images[0], images[0])), self.source
         if self.manner == BESIDE:
             return Related(scene, (Shot(scene, step=1),), _first_two), Beside(self.source, EstimatorSource(OURS))
         relation = next(one for one in RELATIONS if one.name == self.manner)
@@ -104,9 +115,14 @@ def manner_of(
 ) -> tuple[Failure | None, list[str]]:
     """The first way in which a renderer fails on a scene, and those before it of which nothing is known.
 
-    No image, another than ours, a broken relation; none is asked for after a time of `time.monotonic`.
+    No image, one not of numbers, another than ours, a broken relation; none is asked after a time of `time.monotonic`.
     """
-    names = wanted or (CRASHES, BESIDE, *(r.name for r in RELATIONS if not set(r.kinds) - set(source.knows)))
+    names = wanted or (
+        CRASHES,
+        NOT_FINITE,
+        BESIDE,
+        *(r.name for r in RELATIONS if not set(r.kinds) - set(source.knows)),
+    )
     unknown: list[str] = []
     for name in names:
         failure = Failure(name, source, asking)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from nusselt.experiments.scenes.shapes import box
 from nusselt.experiments.search.shrink import rounded, simpler
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
@@ -53,9 +55,9 @@ def with_triangles(scene: Scene, kept: Sequence[Part]) -> Scene:
 
 
 def plainer(scene: Scene) -> Iterator[Scene]:
-    """Plain colours; balls for ellipsoids; fewer pixels and samples; rounder numbers, the roundest first."""
+    """Plain colours; balls for ellipsoids, cubes for balls; fewer pixels and samples; rounder numbers."""
     yield from simpler(scene)
-    yield from _balls(scene)
+    yield from _rounds(scene)
     for width in (scene.width // 4, scene.width // 2):
         height = round(scene.height * width / scene.width)
         if min(width, height) >= LEAST:
@@ -72,9 +74,14 @@ def plainer(scene: Scene) -> Iterator[Scene]:
             continue
 
 
-def _balls(scene: Scene) -> Iterator[Scene]:
+def _rounds(scene: Scene) -> Iterator[Scene]:
     for k, one in enumerate(scene.ellipsoids):
         if one.radius is None:
             radius = float(abs(np.linalg.det(np.array(one.axes))) ** (1 / 3))
             ball = replace(Ellipsoid.sphere(one.center, radius), material=one.material)
             yield scene.with_(ellipsoids=(*scene.ellipsoids[:k], ball, *scene.ellipsoids[k + 1 :]))
+        else:
+            low, high = (np.array(one.center) + side * one.radius / math.sqrt(2) for side in (-1, 1))
+            cube = box(tuple(low.tolist()), tuple(high.tolist()), one.material)
+            rest = (*scene.ellipsoids[:k], *scene.ellipsoids[k + 1 :])
+            yield scene.with_(meshes=(*scene.meshes, cube), ellipsoids=rest)

@@ -98,6 +98,8 @@ VERBS = {
 
 def closing(rows: list[Row]) -> str:
     """One line for all of it: "14 of 16 agree; glossy area 25 differs; cornell exact is undecided"."""
+    if not rows:
+        return "nothing could be judged"
     names = {word: [title(row) for row in rows if row["verdict"] == word] for word in VERBS}
     number = len(names.pop("agrees"))
     parts = [f"{number} of {len(rows)} {VERBS['agrees'][number != 1]}"]

@@ -14,6 +14,7 @@ from nusselt.experiments.studies.light_units import LIGHT_UNITS
 from nusselt.experiments.studies.mesh_cost import MESH_COST
 from nusselt.experiments.studies.mesh_rays import MESH_RAYS
 from nusselt.experiments.studies.metamorphic_mistakes import METAMORPHIC_MISTAKES
+from nusselt.experiments.studies.museum import MUSEUM_STUDY
 from nusselt.experiments.studies.nusselt_analog import NUSSELT_ANALOG
 from nusselt.experiments.studies.offset import OFFSET
 from nusselt.experiments.studies.planted_defects import PLANTED_DEFECTS
@@ -49,6 +50,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     HONEST_IMAGES,
     PLANTED_IMAGES,
     METAMORPHIC_MISTAKES,
+    MUSEUM_STUDY,
     OFFSET,
     VARIANCE_TABLE,
     ERROR_AGAINST_TIME,

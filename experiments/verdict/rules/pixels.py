@@ -84,7 +84,7 @@ class Pixels:
                 variance += total(smooth)
                 grain = np.maximum(grain, side.grain if side.grain is not None else 0.0)
         grain = grain * np.maximum(factor, 1.0)[:, None]
-        noise = np.sqrt(variance + np.log(2 / level) * grain**2) / count
+        noise = np.sqrt(variance + np.log(2 / level) * total(grain**2)) / count
         mean = total(np.maximum(ours.grey, theirs.grey)) / count
         own = total(np.broadcast_to(np.abs(evidence.offset), mean.shape)) / count
         allowed = TILE_MARGIN * evidence.margin * np.maximum(evidence.scale[:, None], mean) + 3 * own

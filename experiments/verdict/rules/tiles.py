@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +80,8 @@ def tile_biases(difference: Floats, noise: Floats, tile: NDArray[np.int64], roun
 class Tiles:
     """Fails where tiles are off by more than their margin, or than the reference's own error there if that is more.
 
-    Where pixels share their light points a tile's noise is not known: then nothing fails.
+    A tile's noise is not what its few passes show, where rare samples bring much: one more of the largest is taken, as
+    in blocks of pixels. Where pixels share their light points a tile's noise is not known: then nothing fails.
     """
 
     name: str = "tiles"
@@ -92,13 +93,29 @@ class Tiles:
         tiles = tile_biases(evidence.difference, noise, evidence.tile, ROUNDING * evidence.scale)
         allowed = _of_offset(evidence.offset, evidence.tile)
         margin = np.maximum(TILE_MARGIN * evidence.margin * scale, allowed) + ROUNDING * scale
-        count = tiles.failing(level / TILES**2, margin)
+        rare = replace(tiles, error=np.hypot(tiles.error, _one_sample(evidence, level / TILES**2)))
+        count = rare.failing(level / TILES**2, margin)
         figures = {"tiles": tiles.bias / scale, "tile_p": tiles.p, "tiles_without_noise": tiles.without_noise}
         return Finding(
             evidence.nowhere if evidence.shares_points else count > 0,
             lambda k: f"{count[k]} of {TILES**2} tiles are off by more than {TILE_MARGIN} margins" if count[k] else "",
             figures=figures,
         )
+
+
+def _one_sample(evidence: Evidence, level: float) -> Floats:
+    """What rare samples may add to the standard error of each tile's mean, (b, 8, 8); 0 where none are known.
+
+    Grains of a single image are as coarse as its differences ask for, which mistakes do too: it is given none.
+    """
+    rows, tile = len(evidence.ours.grey), evidence.tile
+    largest = np.zeros((rows, TILES**2))
+    for side in (evidence.ours, evidence.reference):
+        if side.sampled and side.grain is not None and side.passes.shape[1] > 1:
+            grain = np.broadcast_to(side.grain, (rows, tile.size))
+            np.maximum.at(largest, (np.arange(rows)[:, None], tile), grain)
+    count = np.maximum(np.bincount(tile, minlength=TILES**2), 1)
+    return np.asarray((np.sqrt(np.log(2 / level)) * largest / count).reshape(rows, TILES, TILES))
 
 
 def _of_offset(offset: Floats | float, tile: NDArray[np.int64]) -> Floats:

@@ -49,7 +49,7 @@ def variance_ratio(ours: Floats, theirs: Floats, level: float) -> Ratio:
     x, y = ours[noisy] / mine[noisy, None], theirs[noisy] / other[noisy, None]
     freedom = np.maximum(np.minimum(resting_on(x), resting_on(y)) - 1, 1.0)
     reach = np.zeros(value.shape)
-    reach[noisy] = np.minimum(stats.t.isf(level / 2, freedom) * log_ratio_error(x, y), 700)
+    reach[noisy] = np.minimum(stats.t.isf(level / 2, freedom) * log_ratio_error(x, y), 600)
     return Ratio(value, value * np.exp(-reach), value * np.exp(reach))
 
 

@@ -108,3 +108,18 @@ def test_levels_are_no_light():
 
     with pytest.raises(nusselt.InputError, match="256 levels"):
         nusselt.metamorphic(SCENE.with_(meshes=(floor(material=GREY),)), renderer=levels, only=("turned",))
+
+
+def test_lights_that_a_relation_brings_into_a_scene_without_noise_have_some():
+    sharp = scene(floor(), lights=(PointLight((1.5, 2.0, 1.5), (3.0, 2.0, 2.0)),), size=(12, 9), light_samples=1)
+    rows = ask([sharp], EstimatorSource("area"), Asking(only=("white box lit all around",)))
+    assert rows[0]["verdict"] != "differs"
+
+
+def test_samples_of_a_sharp_lobe_that_all_seeds_miss_break_nothing():
+    sharp = scene(
+        floor(material=Material((0.1, 0.1, 0.1), (0.5, 0.5, 0.5), 1000.0)), lights=(lamp(2.5),), size=(24, 18)
+    )
+    asked = Asking(margin=0.01, only=("white lobe lit all around",))
+    rows = ask([sharp.with_(light_samples=16, stratify=True)], EstimatorSource("area"), asked)
+    assert rows[0]["verdict"] != "differs"

@@ -8,7 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 from builders import box, floor, lamp, scene
+from click.testing import CliRunner
 
+import nusselt.experiments.cli.reduce as command_file
+from nusselt.experiments.cli.main import main
 from nusselt.experiments.external.program import ProgramFailed
 from nusselt.experiments.metamorphic.ask import Asking
 from nusselt.experiments.reduce.ddmin import ddmin
@@ -17,7 +20,7 @@ from nusselt.experiments.reduce.reduce import Trials, reduced, told
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
-from nusselt.renderer.scene_text import parse_scene
+from nusselt.renderer.scene_text import parse_scene, write_scene
 from nusselt.renderer.surfaces import Ellipsoid
 
 RNG = np.random.default_rng(5)
@@ -117,3 +120,19 @@ def test_another_file_where_answers_are_kept_is_not_lost(tmp_path, content):
     with pytest.raises(InputError, match="another file there would be lost"):
         _small(Renderer(crashes=True), CRASHES, kept)
     assert kept.read_text() == content
+
+
+def test_where_no_scene_is_written_is_refused_and_an_early_end_says_that_nothing_was(tmp_path, monkeypatch):
+    scene_file = tmp_path / "a.test"
+    scene_file.write_text(write_scene(MANY))
+    words = ["reduce", str(scene_file), "-o"]
+    for name in ("x.png", "x.json", "x.usda"):
+        assert CliRunner().invoke(main, [*words, str(tmp_path / name)]).exit_code == 2
+
+    def cut(*args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command_file, "manner_of", cut)
+    ended = CliRunner().invoke(main, [*words, str(tmp_path / "small.test")])
+    assert ended.exit_code == 130
+    assert "nothing is written" in ended.output

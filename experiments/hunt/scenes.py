@@ -1,0 +1,145 @@
+"""Random scenes of what a renderer can do; and what a scene holds, of which each kind can be taken out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import count
+
+import numpy as np
+
+from nusselt.experiments.search.colours import recoloured
+from nusselt.experiments.search.examine import stream
+from nusselt.experiments.search.generator import KINDS, random_scene
+from nusselt.experiments.search.motions import Motion, carried
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.image import render
+from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight
+from nusselt.renderer.scene import Scene
+
+NEAR = ("as made", "turned")
+APART = 0.03
+"""Standard deviation of a thing's step, where things are a few units large: no planes are left in common."""
+LIT = 0.1
+"""Share of the pixels, at least, on which light falls."""
+DARK = 1000
+"""Scenes in a row without one to show."""
+THIN = ("sheets", "mixed")
+"""Kinds with boxes of no thickness in single precision."""
+TIES, FAR = "ties", "far"
+EXTREMES = (TIES, FAR)
+"""Of scenes, only where they are asked for: planes in common and sheets of no thickness; tiny, huge and far ones."""
+
+
+@dataclass(frozen=True)
+class Ingredient:
+    """What a scene may hold: whether one does, and the scene without it."""
+
+    name: str
+    there: Callable[[Scene], bool]
+    without: Callable[[Scene], Scene]
+
+
+def _lights(name: str, kind: type) -> Ingredient:
+    return Ingredient(
+        name,
+        lambda scene: any(isinstance(light, kind) for light in scene.lights),
+        lambda scene: scene.with_(lights=tuple(light for light in scene.lights if not isinstance(light, kind))),
+    )
+
+
+def _bodies(name: str, round_: bool) -> Ingredient:
+    return Ingredient(
+        name,
+        lambda scene: any((one.radius is not None) == round_ for one in scene.ellipsoids),
+        lambda scene: scene.with_(ellipsoids=tuple(e for e in scene.ellipsoids if (e.radius is not None) != round_)),
+    )
+
+
+def _first_alone(scene: Scene) -> Scene:
+    meshes = scene.meshes[:1]
+    return scene.with_(meshes=meshes, ellipsoids=() if meshes else scene.ellipsoids[:1])
+
+
+INGREDIENTS: tuple[Ingredient, ...] = (
+    _lights("point", PointLight),
+    _lights("directional", DirectionalLight),
+    _bodies("ellipsoid", False),
+    _bodies("sphere", True),
+    Ingredient(
+        "glossy",
+        lambda scene: any(material.is_glossy for material in scene.materials),
+        lambda scene: recoloured(scene, specular=lambda rgb: 0 * rgb),
+    ),
+    Ingredient(
+        "several lights", lambda scene: len(scene.lights) > 1, lambda scene: scene.with_(lights=scene.lights[:1])
+    ),
+    Ingredient("several things", lambda scene: len(scene.meshes) + len(scene.ellipsoids) > 1, _first_alone),
+    _lights("quad", QuadLight),
+    Ingredient("triangle", lambda scene: bool(scene.meshes), lambda scene: scene.with_(meshes=())),
+)
+"""The rarest first: what can be missed without missing the others."""
+NAMES = tuple(one.name for one in INGREDIENTS)
+
+
+def held(scene: Scene) -> tuple[str, ...]:
+    """What a scene holds, by name."""
+    return tuple(one.name for one in INGREDIENTS if one.there(scene))
+
+
+def without(scene: Scene, name: str) -> Scene | None:
+    """A scene without one of `NAMES`; None where it has none, or nothing else to see by it."""
+    one = next(one for one in INGREDIENTS if one.name == name)
+    less = one.without(scene) if one.there(scene) else scene
+    return less if less is not scene and less.lights and (less.meshes or less.ellipsoids) else None
+
+
+def drawn(
+    seed: int, shape: tuple[int, int], samples: int, cannot: Sequence[str], also: Sequence[str]
+) -> Iterator[Scene]:
+    """Scenes without end, the same ones for the same arguments; dark ones, by four samples of ours, are left out.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Width and height in pixels.
+    samples : int
+        Per light.
+    cannot, also : sequence of str
+        Of `NAMES` and of `EXTREMES`.
+    """
+    kinds, last = [kind for kind in KINDS if TIES in also or kind not in THIN], 0
+    for number in count():
+        if number - last > DARK:
+            raise InputError("cannot", ", ".join(cannot), "what leaves scenes in which light falls on something")
+        made = random_scene(kinds[number % len(kinds)], number // len(kinds), seed)
+        if FAR not in also and (made.kind == "far" or made.placed not in NEAR):
+            continue
+        size = {"width": shape[0], "height": shape[1], "light_samples": samples, "stratify": True, "two_sided": False}
+        scene = made.scene.with_(**size)
+        for one in INGREDIENTS:
+            scene = one.without(scene) if one.name in cannot else scene
+        if TIES not in also:
+            scene = _apart(scene, stream(seed, made.scene.name))
+        if _shows_light(scene):
+            last = number
+            yield scene
+
+
+def _apart(scene: Scene, rng: np.random.Generator) -> Scene:
+    """Every thing a step away from where it was, as far as its place is from the others' in size."""
+
+    def moved(name: str) -> tuple[object, ...]:
+        things = []
+        for thing in getattr(scene, name):
+            alone = scene.with_(**{"lights": (), "meshes": (), "ellipsoids": (), name: (thing,)})
+            things.append(getattr(carried(alone, Motion.step(APART * rng.normal(size=3))), name)[0])
+        return tuple(things)
+
+    return scene.with_(**{name: moved(name) for name in ("lights", "meshes", "ellipsoids")})
+
+
+def _shows_light(scene: Scene) -> bool:
+    image = render(scene, Area(samples=4))
+    return bool((image.shaded & (image.mean > 0).any(axis=0)).mean() >= LIT)

@@ -1,0 +1,132 @@
+"""One scene of a hunt: its images, made before anything is known of the truth, and what is wrong with them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nusselt.experiments.check.estimators import noise_free
+from nusselt.experiments.check.question import Question
+from nusselt.experiments.check.references import KeptReferences
+from nusselt.experiments.external.judge import External, Judging, judge_images
+from nusselt.experiments.external.program import ProgramFailed
+from nusselt.experiments.metamorphic.ask import Asking, is_still, relations_of
+from nusselt.experiments.metamorphic.judge import judge_relation
+from nusselt.experiments.metamorphic.relation import Related, Relation, Shot
+from nusselt.experiments.metamorphic.sources import Source
+from nusselt.experiments.reduce.failure import BESIDE, CRASHES, NOT_FINITE
+from nusselt.experiments.search.examine import stream
+from nusselt.experiments.verdict.level import Level
+from nusselt.renderer.scene import Scene
+from nusselt.renderer.vectors import Floats
+
+RELATIONS = 2
+"""Of a scene, by chance: other scenes try the others."""
+
+
+@dataclass(frozen=True)
+class Failing:
+    """How a scene fails.
+
+    ``manner`` is `CRASHES`, `NOT_FINITE`, `BESIDE` or a relation's name; ``names`` mistakes that it looks like, a
+    relation, or a program's last words; ``hint`` says what to look for.
+    """
+
+    manner: str
+    reason: str
+    names: tuple[str, ...] = ()
+    hint: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Shots:
+    """Images (3, h, w) float32 of a scene: for every seed its own, then every relation's; why there are no more."""
+
+    passes: list[list[Floats]]
+    failure: Failing | None = None
+
+    @property
+    def digest(self) -> str:
+        """Of every value, and of how it failed."""
+        told = hashlib.sha256((self.failure.manner if self.failure else "").encode())
+        for image in (image for each in self.passes for image in each):
+            told.update(np.ascontiguousarray(image, dtype="<f4").tobytes())
+        return told.hexdigest()
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A scene before a renderer.
+
+    ``asking.alpha`` is of ``rows`` questions; ``relating`` relations are asked; ``diagnosing``: names looked for.
+    """
+
+    scene: Scene
+    source: Source
+    asking: Asking
+    rows: int
+    relating: int = RELATIONS
+    diagnosing: bool = True
+
+    def relations(self) -> list[tuple[Relation, Related]]:
+        """Some that ask for one image more, no larger than the scene's."""
+        made = relations_of(self.scene, self.source, self.asking) if self.relating else []
+        cheap = [(one, related) for one, related in made if isinstance(related, Related) and _is_cheap(related)]
+        order = stream(self.asking.seed, f"relations {self.scene.name}").permutation(len(cheap))
+        return [cheap[k] for k in sorted(order[: self.relating])]
+
+    def shots(self) -> Shots:
+        """All images, by a renderer that may fail."""
+        wanted = [Shot(self.scene), *(shot for _, related in self.relations() for shot in related.shots)]
+        passes: list[list[Floats]] = []
+        for seed in range(self.asking.seed + 1, self.asking.seed + 1 + self.asking.runs):
+            passes.append([])
+            for shot in wanted:
+                try:
+                    passes[-1].append(self.source.image(shot, seed).astype(np.float32))
+                except ProgramFailed as problem:
+                    words = " ".join(word for word in str(problem).split(" (seed ")[0].split() if word.isalpha())
+                    return Shots(passes, Failing(CRASHES, str(problem), (words,)))
+        return Shots(passes)
+
+    def judged(self, shots: Shots) -> tuple[str, Failing | None]:
+        """The verdict in a word, and how it fails; an image that differs breaks relations too: they are not asked."""
+        if shots.failure is not None:
+            return "differs", shots.failure
+        if not all(np.isfinite(each[0]).all() for each in shots.passes):
+            return "differs", Failing(NOT_FINITE, "an image has values that are no numbers")
+        word, failing = "undecided", None
+        if self.source.claim(self.scene) not in ("unbiased", "exact"):
+            return word, failing  # what is claimed to be biased may differ
+        if noise_free(self.scene) is not None:  # else relations alone are asked
+            word, failing = self._beside_exact([each[0] for each in shots.passes])
+        return (word, failing) if failing else next(self._broken(shots), (word, None))
+
+    def _beside_exact(self, images: Sequence[Floats]) -> tuple[str, Failing | None]:
+        asked = self.asking
+        question = Question(estimator="area", margin=asked.margin, seed=asked.seed, level=Level(asked.alpha, self.rows))
+        judging = Judging(question, External(), "", KeptReferences(None, None), diagnose=self.diagnosing)
+        row = judge_images(self.scene, [image.transpose(1, 2, 0).astype(float) for image in images], judging).row
+        if row["verdict"] != "differs":
+            return row["verdict"], None
+        mistakes = row["likely_mistakes"]
+        hint = f"{mistakes[0]['detail']}; {mistakes[0]['hint']}" if mistakes else "; ".join(row["where"])
+        return "differs", Failing(BESIDE, row["reason"], tuple(one["name"] for one in mistakes), hint)
+
+    def _broken(self, shots: Shots) -> Iterator[tuple[str, Failing]]:
+        """Relations that do not hold."""
+        for number, (relation, related) in enumerate(self.relations(), 1):
+            images = [[made[0].astype(float), made[number].astype(float)] for made in shots.passes]
+            known = replace(related, still=is_still(related, self.source))
+            level = Level(self.asking.alpha, self.rows)
+            judged = judge_relation(known, images, level, self.asking.margin, self.source.rounding)
+            if judged.word == "differs":
+                yield "differs", Failing(relation.name, judged.reason, (relation.name,), relation.likely)
+
+
+def _is_cheap(related: Related) -> bool:
+    of, shots = related.of, related.shots
+    return len(shots) == 1 and shots[0].more == 1 and shots[0].scene.width <= max(of.width, of.height)

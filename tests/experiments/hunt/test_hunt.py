@@ -1,0 +1,129 @@
+"""Hunts: planted mistakes are as many causes, a right renderer has none, and a seed gives the same number again."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from builders import GREY, floor, lamp, scene
+from click.testing import CliRunner
+
+import nusselt.experiments.hunt.hunt as hunt_file
+from nusselt.experiments.cli.main import main
+from nusselt.experiments.external.program import ProgramFailed
+from nusselt.experiments.hunt.hunt import Hunt, Question
+from nusselt.experiments.hunt.scenes import INGREDIENTS, drawn, held
+from nusselt.experiments.hunt.trial import Trial
+from nusselt.experiments.independent.mistakes import MISTAKES
+from nusselt.experiments.independent.steps import RIGHT
+from nusselt.experiments.metamorphic.ask import Asking
+from nusselt.experiments.metamorphic.sources import EstimatorSource
+from nusselt.experiments.reduce.failure import BESIDE, CRASHES, NOT_FINITE
+from nusselt.experiments.studies.metamorphic_mistakes import IndependentSource
+from nusselt.renderer.errors import InputError
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.image import render
+from nusselt.renderer.surfaces import Ellipsoid, Material
+
+ASKING = Asking(margin=0.01, alpha=1e-6, runs=3)
+
+
+def _hunted(source, place, scenes, told=lambda line: None, until=math.inf, **asked):
+    hunt = Hunt(Question(ASKING, scenes, 16, 16, **asked), source, place)
+    with np.errstate(all="ignore"):  # mistakes divide by what they like
+        hunt.run(until, lambda *args: None, told)
+    return hunt
+
+
+@dataclass(frozen=True)
+class Breaks:
+    """Ours; it crashes of glossy things, and balls are no numbers."""
+
+    name: str = "planted"
+    rounding: float = 2e-6
+    knows: tuple[str, ...] = ()
+
+    def claim(self, scene):
+        return "unbiased"
+
+    def image(self, shot, seed):
+        if "glossy" in held(shot.scene):
+            raise ProgramFailed("it ended with status 139 (seed 1)")
+        made = render(shot.scene, Area(samples=4), seed=seed).mean
+        return made * np.nan if "sphere" in held(shot.scene) else made
+
+
+def test_crashes_and_values_that_are_no_numbers_are_a_cause_each_with_its_smallest_scene(tmp_path):
+    hunt = _hunted(Breaks(), tmp_path, 8)
+    causes = {cause.failing.manner: cause for cause in hunt.causes.known}
+    assert len(hunt.causes.known) == 2
+    assert "sphere" in causes[NOT_FINITE].needs
+    assert "glossy" in causes[CRASHES].needs
+    assert {len(cause.scene.meshes) + len(cause.scene.ellipsoids) for cause in causes.values()} == {1}
+    assert len(causes[CRASHES].seen) > 1  # each counted, one reduced
+    again = Hunt(hunt.question, hunt.source, tmp_path)  # as it was kept
+    assert [cause.seen for cause in again.causes.known] == [cause.seen for cause in hunt.causes.known]
+    with pytest.raises(InputError, match="another hunt"):
+        Hunt(replace(hunt.question, scenes=7), hunt.source, tmp_path)
+
+
+SHINY = Material((0.3, 0.3, 0.3), (0.4, 0.4, 0.4), 10.0)
+BALL = (Ellipsoid.sphere((0.3, 0.6, 0.2), 0.6, GREY),)
+OPTIONS = {"lights": (lamp(2.5),), "size": (16, 16), "light_samples": 16, "stratify": True}
+MADE = (
+    scene(floor(), ellipsoids=BALL, **OPTIONS).with_(name="a ball"),
+    scene(floor(material=SHINY), **OPTIONS).with_(name="a shiny floor"),
+    scene(floor(material=SHINY), ellipsoids=BALL, **OPTIONS).with_(name="both"),
+)
+
+
+def test_two_mistakes_of_a_renderer_are_two_causes_and_a_right_one_has_none(tmp_path, monkeypatch):
+    monkeypatch.setattr(hunt_file, "drawn", lambda *asked: iter(MADE))
+    by_name = {mistake.name: mistake for mistake in MISTAKES}
+    steps = RIGHT
+    for name in ("ball's normals inwards", "half vector"):
+        steps = replace(steps, **{by_name[name].hook: by_name[name].step})
+    causes = _hunted(IndependentSource(steps), tmp_path / "two", 3).causes.known
+    assert [cause.failing.manner for cause in causes] == [BESIDE] * 2
+    assert [("sphere" in cause.needs, "glossy" in cause.needs) for cause in causes] == [(True, False), (False, True)]
+    assert sum(len(cause.seen) for cause in causes) == 3
+    assert not _hunted(IndependentSource(), tmp_path / "right", 3).causes.known
+
+
+def test_the_same_seed_gives_the_same_number_and_a_blind_one_tells_it_before_any_truth(tmp_path, monkeypatch):
+    order, right = [], Trial.judged
+    monkeypatch.setattr(Trial, "judged", lambda self, shots: order.append("judged") or right(self, shots))
+    source = EstimatorSource("area")
+    blind = _hunted(source, tmp_path / "one", 2, order.append, blind=True)
+    assert order[0].endswith(blind.number)
+    assert order[1:] == ["judged"] * 2
+    assert _hunted(source, tmp_path / "two", 2).number == blind.number
+    assert _hunted(EstimatorSource("area-lattice"), tmp_path / "three", 2).number != blind.number
+    kept = json.loads((tmp_path / "one" / "hunt.json").read_text())
+    next(iter(kept["scenes"].values())).pop("verdict")
+    next(iter(kept["scenes"].values()))["images"] = "0" * 64
+    (tmp_path / "one" / "hunt.json").write_text(json.dumps(kept))
+    with pytest.raises(InputError, match="this hunt's number"):
+        _hunted(source, tmp_path / "one", 2, blind=True)
+
+
+def test_scenes_hold_what_a_renderer_can_and_no_more():
+    cannot = ("sphere", "glossy", "point")
+    scenes = [scene for scene, _ in zip(drawn(3, (8, 8), 4, cannot, ()), range(8), strict=False)]
+    assert not {name for scene in scenes for name in held(scene)} & set(cannot)
+    for one in INGREDIENTS:
+        assert not any(one.there(one.without(scene)) for scene in scenes)
+
+
+def test_the_command_writes_a_page_and_goes_on(tmp_path):
+    words = ["hunt", "--estimator", "area", "--scenes", "2", "--width", "12", "--out", str(tmp_path)]
+    first = CliRunner().invoke(main, words)
+    assert first.exit_code in (0, 3), first.output  # noise may leave both undecided
+    assert "nothing wrong was found in 2 scenes" in first.output
+    HTMLParser().feed((tmp_path / "hunt.html").read_text())
+    assert CliRunner().invoke(main, words).output == first.output
+    assert CliRunner().invoke(main, [*words, "--seed", "1"]).exit_code == 2
