@@ -93,7 +93,7 @@ class Failure:
     def _images(self, scene: Scene) -> Judged:
         """Whether every seed gives an image, of numbers."""
         for seed in range(self.asking.seed + 1, self.asking.seed + 1 + self.asking.runs):
-            wrong = np.count_nonzero(~np.isfinite(self.source.image(Shot(scene), seed)))
+            wrong = int(np.count_nonzero(~np.isfinite(self.source.image(Shot(scene), seed))))
             if wrong and self.manner == NOT_FINITE:
                 return Judged("differs", f"{count(wrong, 'value', 'is')} not finite with seed {seed}", {})
         return Judged("agrees", "", {})

@@ -15,7 +15,9 @@ from nusselt.renderer.lobes.protocol import Columns, from_values, values_of
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import FlatDisk, Material
 from nusselt.renderer.texture import Painted
-from nusselt.renderer.vectors import Bools, Floats, Ints, cross
+from nusselt.renderer.vectors import Bools, Floats, Ints
+
+from .triangle_normals import triangle_normals
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +117,7 @@ def build_geometry(scene: Scene) -> Geometry:
         a=a,
         b=b,
         c=c,
-        normal=cross(b - a, c - a),
+        normal=triangle_normals(a, b, c),
         triangle_surface=np.repeat(np.array(owners, dtype=np.int64), counts),
         center=np.array([ball.center for ball, _ in balls]).reshape(-1, 3).T,
         axes=axes,
