@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 
+def printable(text: str) -> str:
+    """A text that quotes a file, whatever is in it: escaped, if it could not be printed."""
+    return text if text.isprintable() else text.encode("unicode_escape").decode("ascii")
+
+
 class InputError(ValueError):
     """A value that is not accepted: what it is called, what it was, and what is accepted.
 
@@ -25,7 +30,7 @@ class InputError(ValueError):
             is_path = "/" in shown and " " not in shown
             shown = "..." + shown[-57:] if is_path else shown[:57] + "..."
         shown = shown.encode("unicode_escape").decode("ascii")
-        super().__init__(f"{where + ': ' if where else ''}{argument} = {shown}: expected {accepted}")
+        super().__init__(f"{where + ': ' if where else ''}{printable(argument)} = {shown}: expected {accepted}")
 
     def at(self, where: str) -> InputError:
         """The same error with the place it came from (``file:line``)."""

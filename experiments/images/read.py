@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nusselt.renderer.errors import InputError
+from nusselt.renderer.errors import InputError, printable
 from nusselt.renderer.scene import Scene
 
 from .formats import FORMATS, Raw, Wanted
@@ -78,12 +78,7 @@ def read_image(name: str | PathLike[str], scene: Scene | Wanted, most: int = 0) 
         raise refuse(path, error.strerror or "unreadable", "a file that can be read") from error
     if path.suffix.lower() != kind:
         raw = replace(raw, notes=(f"it is read as {kind}, which its first bytes say it is", *raw.notes))
-    return _some_finite(path, replace(raw, notes=tuple(map(_printable, raw.notes)), encoding=_printable(raw.encoding)))
-
-
-def _printable(note: str) -> str:
-    """A note that quotes a file, whatever is in it."""
-    return "".join(letter if letter.isprintable() else "?" for letter in note)
+    return _some_finite(path, replace(raw, notes=tuple(map(printable, raw.notes)), encoding=printable(raw.encoding)))
 
 
 def raw_of(image: object, scene: Scene, name: str) -> Raw:

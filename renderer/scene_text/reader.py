@@ -10,7 +10,7 @@ import math
 import re
 from pathlib import Path
 
-from nusselt.renderer.errors import InputError
+from nusselt.renderer.errors import InputError, printable
 from nusselt.renderer.scene import Scene
 
 from .commands import COMMANDS, NUMBER, REFUSED
@@ -50,10 +50,10 @@ def read_scene(path: str | Path, *, lenient: bool = False) -> Scene:
     InputError
         For anything wrong with the file or in it, with its file and line.
     """
-    where = _printable(str(path))
+    where = printable(str(path))
     data = _bytes(Path(path), where).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     text = data.decode(errors="surrogateescape")  # comments may be in any encoding
-    name, folder = _printable(Path(path).stem), Path(path).parent
+    name, folder = printable(Path(path).stem), Path(path).parent
     return parse_scene(text, name=name, where=where, lenient=lenient, folder=folder)
 
 
@@ -99,10 +99,6 @@ def _check_utf8(token: str) -> None:
         token.encode()
     except UnicodeEncodeError:
         raise InputError("text", token.encode(errors="surrogateescape"), "UTF-8") from None
-
-
-def _printable(name: str) -> str:
-    return name if name.isprintable() else name.encode("unicode_escape").decode("ascii")
 
 
 def _bytes(path: Path, where: str) -> bytes:

@@ -235,6 +235,10 @@ BAD_PLY = {
     ),
     "half a count": (ascii_ply(VERTEX + FACE, *ROWS, "3.5 0 1 2 3"), "face 0 = 3.5: expected whole numbers"),
     "a word among indices": (ascii_ply(VERTEX + FACE, *ROWS, "4 0 1 two 3"), "face 0 = nan: expected whole numbers"),
+    "an element whose name cannot be printed": (
+        ascii_ply(VERTEX + "element \x01ids 1\nproperty list uchar int k\n" + FACE, *ROWS, "x 0 1", "3 0 1 2"),
+        "\\x01ids 0 = nan: expected whole numbers",
+    ),
     "a negative count": (ascii_ply(VERTEX + FACE, *ROWS, "-4 0 1 2 3"), "face 0 = a negative count"),
     "a word in a position": (
         ascii_ply(VERTEX + FACE, *ROWS[:3], "0 zero -2", "4 0 1 2 3"),
