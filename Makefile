@@ -34,7 +34,8 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-ci: lint test  ## what continuous integration runs, here and elsewhere
+ci: setup  ## what continuous integration runs, here and elsewhere; types beside tests
+	$(MAKE) -j 2 lint test
 
 lock:  ## needs uv
 	uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --generate-hashes \

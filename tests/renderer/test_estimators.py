@@ -12,7 +12,15 @@ from builders import box, floor, lamp, scene
 from scipy import stats
 
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.estimators import ESTIMATORS, Analytic, Area, ControlVariate, VisibilityAnalytic, VisibilityCentre
+from nusselt.renderer.estimators import (
+    ESTIMATORS,
+    Analytic,
+    Area,
+    ControlVariate,
+    Exact,
+    VisibilityAnalytic,
+    VisibilityCentre,
+)
 from nusselt.renderer.estimators.analytic import without_shadows
 from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight, SunLight
@@ -115,11 +123,11 @@ def half_hidden():
 def errors():
     """Root mean square error of the mean image, relative to the mean, by estimator and samples."""
     made = half_hidden()
-    exact = render(made, Area(samples=1024, stratified=True), seed=5, passes=20)
+    exact = render(made, Exact())
     s = exact.shaded
 
     def error(kind, samples: int) -> float:
-        passes = 6_000 // samples
+        passes = 2_000 // samples
         image = render(made, kind(samples=samples), seed=6, passes=passes)
         off = (image.mean - exact.mean).mean(axis=0)[s] ** 2 - image.pixel_variance[s] / passes
         return math.sqrt(max(float(off.mean()), 0.0)) / float(exact.mean.mean(axis=0)[s].mean())

@@ -90,6 +90,7 @@ ENDINGS = {signal.SIGINT: "interrupted", signal.SIGTERM: "ended by SIGTERM", sig
 )
 def test_what_ends_it_leaves_nothing_half_written_and_no_worker(place, delay, ending):
     """At start-up, while workers start, and in the middle of the image."""
+    (place / "my scéne.test").write_text(SCENE.replace("size 48 36", "size 96 72"))  # long enough on any machine
     command = [*NUSSELT, "render", "my scéne.test", "--samples", "262144", "-o", "a.png"]
     ours = subprocess.Popen(
         command,

@@ -296,6 +296,6 @@ def test_every_option_is_of_some_way_of_checking_and_of_the_call():
     assert {parameter.name for parameter in command.params} == of_modes
     of_call = inspect.signature(nusselt.check).parameters.keys() - {"images"}
     of_commands_alone = {"classic", "until_decided", "budget", "cluster", "out", "target", "csv", "junit", "summary"}
-    of_commands_alone |= {"verbose"}
+    of_commands_alone |= {"verbose", "tev"}
     assert of_modes - of_call == of_commands_alone
     assert of_call <= of_modes
