@@ -47,7 +47,8 @@ class _Body:
             return self.words[np.minimum(places, self.end - 1)]
         last = self.end - np.dtype(kind).itemsize
         numbers = np.ndarray((last + 1,), dtype=self._order + kind, buffer=self._data, strides=(1,))
-        return numbers[np.minimum(places, last)].astype(np.float64)
+        with np.errstate(invalid="ignore"):  # NaNs that signal: what reads them finds them
+            return numbers[np.minimum(places, last)].astype(np.float64)
 
 
 def read_ply(data: bytes) -> Surface:

@@ -260,6 +260,15 @@ BAD_PLY = {
 }
 
 
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_a_nan_that_signals_is_told_like_any_other(tmp_path: Path, order: str) -> None:
+    data = binary_ply(order)
+    start = data.index(b"end_header\n") + len(b"end_header\n")
+    data = data[:start] + struct.pack(order + "I", 0x7F800001) + data[start + 4 :]
+    with pytest.raises(InputError, match=r"vertex 0 = \(nan, .*expected finite coordinates"):
+        read(tmp_path, "a.ply", data)
+
+
 @pytest.mark.parametrize("what", BAD_PLY)
 def test_a_bad_ply_is_one_line(tmp_path: Path, what: str) -> None:
     data, said = BAD_PLY[what]
