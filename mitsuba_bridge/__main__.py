@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import shutil
 import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from .llvm import backend
 from .process import ReferenceUnavailable
 from .reference import ask
+from .temporary import temporary_folder
 
 
 def main() -> int:
@@ -39,7 +39,7 @@ def main() -> int:
         "centres": arguments.centres,
     }
     try:
-        with tempfile.TemporaryDirectory(prefix="nusselt-") as folder:
+        with temporary_folder() as folder:
             arrays, _ = ask(job, Path(folder), backend(), 3600.0)
             made = Path(folder) / f"image{arguments.output.suffix}"
             if arguments.output.suffix == ".npy":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -71,6 +72,7 @@ class Trial:
     relating: int = RELATIONS
     diagnosing: bool = True
 
+    @cached_property
     def relations(self) -> list[tuple[Relation, Related]]:
         """Some that ask for one image more, no larger than the scene's."""
         made = relations_of(self.scene, self.source, self.asking) if self.relating else []
@@ -80,7 +82,7 @@ class Trial:
 
     def shots(self) -> Shots:
         """All images, by a renderer that may fail."""
-        wanted = [Shot(self.scene), *(shot for _, related in self.relations() for shot in related.shots)]
+        wanted = [Shot(self.scene), *(shot for _, related in self.relations for shot in related.shots)]
         passes: list[list[Floats]] = []
         for seed in range(self.asking.seed + 1, self.asking.seed + 1 + self.asking.runs):
             passes.append([])
@@ -118,7 +120,7 @@ class Trial:
 
     def _broken(self, shots: Shots) -> Iterator[tuple[str, Failing]]:
         """Relations that do not hold."""
-        for number, (relation, related) in enumerate(self.relations(), 1):
+        for number, (relation, related) in enumerate(self.relations, 1):
             images = [[made[0].astype(float), made[number].astype(float)] for made in shots.passes]
             known = replace(related, still=is_still(related, self.source))
             level = Level(self.asking.alpha, self.rows)

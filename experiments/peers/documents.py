@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from nusselt.experiments.results.document import read_json
+from nusselt.experiments.results.exports.markdown import table_lines
 from nusselt.experiments.results.rows import percent
 from nusselt.experiments.results.schema import Row
 from nusselt.renderer.errors import InputError
@@ -17,18 +18,13 @@ from .times.words import CAPTION, TIME_COLUMNS, time_cells
 WIDTH = 120
 
 
-def table(heads: Sequence[str], lines: Sequence[Sequence[str]]) -> list[str]:
-    """In Markdown."""
-    return [f"| {' | '.join(line)} |" for line in (heads, ["---"] * len(heads), *lines)]
-
-
 def matrix(rows: Sequence[Row]) -> list[str]:
     """Bias of each renderer in each scene."""
     cells = {(row["estimator"], row["scene"]): _bias(row) for row in rows}
     scenes = list(dict.fromkeys(scene for _, scene in cells))
     names = dict.fromkeys(name for name, _ in cells)
     lines = [[name, *(cells.get((name, scene), "–") for scene in scenes)] for name in names]
-    return table(["", *(f"`{scene}`" for scene in scenes)], lines)
+    return table_lines(["", *(f"`{scene}`" for scene in scenes)], lines)
 
 
 def _bias(row: Row) -> str:
@@ -45,7 +41,7 @@ def departures(rows: Sequence[Row]) -> list[str]:
     keys = dict.fromkeys((row["renderer"], row["what"], row["left"]) for row in rows)
     cells = {(row["renderer"], row["what"], row["left"], row["scene"]): _cost(row) for row in rows}
     lines = [[*key, *(cells.get((*key, scene), "–") for scene in scenes)] for key in keys]
-    return table(["renderer", "setting", "if left", *(f"`{scene}`" for scene in scenes)], lines)
+    return table_lines(["renderer", "setting", "if left", *(f"`{scene}`" for scene in scenes)], lines)
 
 
 def _cost(row: Row) -> str:
@@ -59,12 +55,12 @@ def times(rows: Sequence[Row]) -> list[str]:
     found = textwrap.wrap(CAPTION, WIDTH)
     for scene in dict.fromkeys(row["scene"] for row in rows):
         lines = [time_cells(row)[:-1] for row in rows if row["scene"] == scene]
-        found += ["", f"`{scene}`:", "", *table(TIME_COLUMNS[:-1], lines)]
+        found += ["", f"`{scene}`:", "", *table_lines(TIME_COLUMNS[:-1], lines)]
     said = {row["renderer"]: (row["timed"], row["beware"]) for row in rows}
     return [
         *found,
         "",
-        *table(["renderer", "what is timed", "beware"], [[name, *words] for name, words in said.items()]),
+        *table_lines(["renderer", "what is timed", "beware"], [[name, *words] for name, words in said.items()]),
     ]
 
 

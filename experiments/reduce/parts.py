@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from nusselt.experiments.scenes.shapes import box
+from nusselt.experiments.scenes.sizes import at_width
 from nusselt.experiments.search.shrink import rounded, simpler
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
@@ -59,9 +60,8 @@ def plainer(scene: Scene) -> Iterator[Scene]:
     yield from simpler(scene)
     yield from _rounds(scene)
     for width in (scene.width // 4, scene.width // 2):
-        height = round(scene.height * width / scene.width)
-        if min(width, height) >= LEAST:
-            yield scene.with_(width=width, height=height)
+        if width >= LEAST and (smaller := at_width(scene, width)).height >= LEAST:
+            yield smaller
     for count in (1, 4, 16):
         if count < scene.light_samples:
             yield scene.with_(light_samples=count)

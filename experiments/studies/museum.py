@@ -17,6 +17,7 @@ from nusselt.experiments.defects.museum import MUSEUM, Exhibit
 from nusselt.experiments.external.comparison import Comparison
 from nusselt.experiments.independent.mistakes import Mistake
 from nusselt.experiments.independent.steps import RIGHT
+from nusselt.experiments.results.exports.markdown import table_lines
 from nusselt.experiments.results.figures import GREEN, RED, canvas
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
@@ -149,8 +150,7 @@ def table(rows: Sequence[Row]) -> Table:
 
 def page(rows: Sequence[Row]) -> str:
     """As Markdown."""
-    entries = [HEADS, ("---",) * len(HEADS), *([word.replace("|", "/") for word in cells(row)] for row in rows)]
-    lines = [f"| {' | '.join(some)} |" for some in entries]
+    lines = table_lines(HEADS, ([word.replace("|", "/") for word in cells(row)] for row in rows))
     head = ["# Museum: public bugs, planted", "", "Made by `nusselt run museum`.", "", summary(rows), ""]
     return "\n".join([*head, *lines, ""])
 

@@ -20,6 +20,7 @@ from scipy import stats
 
 from nusselt.experiments.check.check import seeds
 from nusselt.experiments.check.expectations import appearance
+from nusselt.experiments.results.exports.markdown import table_lines
 from nusselt.experiments.results.figures import curves
 from nusselt.experiments.results.work_precision import slope
 from nusselt.experiments.runs.experiment import NONE_OWN, Experiment, Job, Outcome, Settings
@@ -348,8 +349,7 @@ def variance_table(rows: Sequence[dict[str, Any]]) -> Table:
 
 def markdown(rows: Sequence[dict[str, Any]]) -> str:
     """The same as a Markdown table."""
-    lines = [HEADER, tuple("---" for _ in HEADER), *(cells(row) for row in rows)]
-    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+    return "".join(f"{line}\n" for line in table_lines(HEADER, map(cells, rows)))
 
 
 VARIANCE_TABLE = Experiment(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -15,6 +14,7 @@ import numpy as np
 from nusselt.mitsuba_bridge.llvm import backend
 from nusselt.mitsuba_bridge.process import ReferenceUnavailable
 from nusselt.mitsuba_bridge.reference import ask
+from nusselt.mitsuba_bridge.temporary import temporary_folder
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.validation import Vec3
 from nusselt.renderer.vectors import Floats, Ints
@@ -148,12 +148,12 @@ def read_nodes(*sources: Source) -> list[Node | InputError]:
     InputError
         If Mitsuba cannot run here, or ends on one of them.
     """
-    with tempfile.TemporaryDirectory(prefix="nusselt-") as folder:
-        job = {"task": "parse_own", "sources": [asdict(source) for source in sources]}
-        try:
+    job = {"task": "parse_own", "sources": [asdict(source) for source in sources]}
+    try:
+        with temporary_folder() as folder:
             arrays, _ = ask(job, Path(folder), backend(), SECONDS)
-        except ReferenceUnavailable as problem:
-            raise InputError("scene", _line(problem), "a scene that Mitsuba loads", sources[0].file) from None
+    except ReferenceUnavailable as problem:
+        raise InputError("scene", _line(problem), "a scene that Mitsuba loads", sources[0].file) from None
     told = json.loads(arrays["told"].astype(np.uint8).tobytes())
     return [
         _tree(entry, number, arrays, source.file)

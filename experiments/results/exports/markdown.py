@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from nusselt.experiments.results.columns import COLUMNS
@@ -27,6 +28,11 @@ def code(command: str) -> str:
     line = " ".join(command.split())
     ticks = "`" * (max(map(len, re.findall("`+", line)), default=0) + 1)
     return f"{ticks} {line} {ticks}"
+
+
+def table_lines(heads: Sequence[str], lines: Iterable[Sequence[str]]) -> list[str]:
+    """A table's lines, of cells that are Markdown already."""
+    return [f"| {' | '.join(line)} |" for line in (heads, ["---"] * len(heads), *lines)]
 
 
 def _cells(row: Row) -> list[str]:
