@@ -18,19 +18,17 @@ import numpy as np
 
 from nusselt.experiments.verdict.expected import rest, with_pixels
 from nusselt.experiments.verdict.judge import Verdict, judge
-from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.mitsuba_bridge.reference import Reference, ReferenceUnavailable, render_reference
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
 from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image, render
-from nusselt.renderer.pixels import AreaImage, render_area
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.visibility.ray_offset import RayOffset
 
+from .draw import draw_area, offset_asked
 from .excuse import reconsidered
 from .expectations import Offsets, appearance, expectations_of, with_grains
-from .question import PixelRule, Question, ShadowOrigin
+from .question import Question
 from .rows import head_of, row_of, row_without
 
 ROOM = 8.0
@@ -46,21 +44,6 @@ MAX_SAMPLES = 1 << 16
 """Mitsuba's samples per pixel and light, at most."""
 
 Progress = Callable[[str, int, int], None]
-
-
-def offset_asked(scene: Scene, origin: ShadowOrigin) -> RayOffset | None:
-    """The rule by which shadow rays start, where it is not ours that is asked for."""
-    return mitsuba_offset(scene) if origin == "mitsuba" else None
-
-
-def draw_area(
-    scene: Scene, estimator: Estimator, rule: PixelRule | None, tolerance: float, executor: Executor | None
-) -> AreaImage | None:
-    """Pixels by area without sampling, if that is asked for and the estimator has no noise in this scene."""
-    needs = prepare(scene).needs
-    if rule != "area" or estimator.is_random(needs):
-        return None
-    return render_area(scene, estimator, tolerance=tolerance, executor=executor)
 
 
 @dataclass(frozen=True)

@@ -6,17 +6,18 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
+from nusselt.mitsuba_bridge.ray_offset import mitsuba_offset
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image, render
-from nusselt.renderer.pixels import AreaImage, CentreImage, render_centre
+from nusselt.renderer.pixels import AreaImage, CentreImage, render_area, render_centre
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.visibility.ray_offset import RayOffset
 from nusselt.renderer.words import count
 
 from .adaptive import render_until
 from .bounds import bound_note
-from .check import draw_area, offset_asked
 from .negative import negative_note
 from .question import PixelRule, ShadowOrigin, check_sampling, chosen_estimator, number_within
 from .rows import notes
@@ -26,6 +27,21 @@ TOLERANCE = 1e-3
 
 Tiles = Callable[[int, int], None]
 """Progress: (tiles done, tiles in all)."""
+
+
+def offset_asked(scene: Scene, origin: ShadowOrigin) -> RayOffset | None:
+    """The rule by which shadow rays start, where it is not ours that is asked for."""
+    return mitsuba_offset(scene) if origin == "mitsuba" else None
+
+
+def draw_area(
+    scene: Scene, estimator: Estimator, rule: PixelRule | None, tolerance: float, executor: Executor | None
+) -> AreaImage | None:
+    """Pixels by area without sampling, if that is asked for and the estimator has no noise in this scene."""
+    needs = prepare(scene).needs
+    if rule != "area" or estimator.is_random(needs):
+        return None
+    return render_area(scene, estimator, tolerance=tolerance, executor=executor)
 
 
 @dataclass(frozen=True)

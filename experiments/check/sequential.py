@@ -24,7 +24,8 @@ from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import Image, render
 from nusselt.renderer.scene import Scene
 
-from .check import MAX_SAMPLES, Answer, Progress, offset_asked, our_image, reference_target, seeds
+from .check import MAX_SAMPLES, Answer, Progress, our_image, reference_target, seeds
+from .draw import offset_asked
 from .excuse import reconsidered
 from .expectations import appearance, expectations_of, with_grains
 from .question import Question

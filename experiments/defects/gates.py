@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy import stats
 from skimage.metrics import structural_similarity
 
 from nusselt.experiments.images.formats.png import to_levels
+from nusselt.experiments.verdict.quantiles import normal_quantile
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
 
@@ -53,7 +53,7 @@ def pixels_differ(ours: Image, reference: Reference, samples: int, passes: int) 
     step = np.abs(ours.mean - reference.mean)
     error = np.sqrt(np.maximum(ours.variance * samples, LEAST_VARIANCE) / (samples * passes))
     level = -math.expm1(math.log1p(-SIGNIFICANCE) / step.size)
-    passed = step <= stats.norm.isf(level / 2) * error  # False for what is not a number
+    passed = step <= normal_quantile(level / 2) * error  # False for what is not a number
     return bool(1 - passed.mean() > FORGIVEN)
 
 

@@ -10,7 +10,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 
 import numpy as np
-from scipy import ndimage, stats
+from scipy import ndimage, special
 
 from nusselt.experiments.check.check import Progress
 from nusselt.experiments.check.question import Question, with_pixel_rule
@@ -46,7 +46,7 @@ def may_be_areas(scene: Scene, seen: Image, sides: Sides) -> bool:
     edge = beside_another(sides.reference.mean, 3)
     beside = off[plain & edge]
     far, near = np.count_nonzero(off[plain & ~edge]), np.count_nonzero(beside)
-    return bool(far == 0 if not beside.size else far < near and stats.binom.cdf(near, beside.size, FEWEST) > CHANCE)
+    return bool(far == 0 if not beside.size else far < near and special.bdtr(near, beside.size, FEWEST) > CHANCE)
 
 
 def against_areas(

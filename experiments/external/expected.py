@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy import stats
 
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.verdict.course import SURE
+from nusselt.experiments.verdict.quantiles import normal_quantile
 from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.radiance import reflected
@@ -132,7 +132,7 @@ def expected_scores(renders: Renders, truth: Floats, blur: float, size: int) -> 
         At the renders' pixels.
     """
     steps = to_levels(truth).astype(np.float64) - np.stack([to_levels(one) for one in renders.passes])
-    sigmas = float(stats.norm.isf(SURE / 2))
+    sigmas = normal_quantile(SURE / 2)
     found = {}
     for name, values, less in (("bias", steps, 0.0), ("mse", steps * steps, blur)):
         of_pixels = values.mean(axis=1)  # channels share their light samples

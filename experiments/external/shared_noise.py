@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy import ndimage, stats
+from scipy import ndimage, special
 
 from nusselt.experiments.images.formats import Raw
 from nusselt.renderer.vectors import Floats
@@ -72,7 +72,7 @@ def _beyond_chance(one: Floats, other: Floats) -> float:
 def amount(field: Floats) -> float:
     """How much noise an image has, by the median over pixels: 1 where it is as supposed, and nothing else is wrong."""
     noise = field[field != 0] ** 2
-    return float(np.median(noise)) / float(stats.chi2.median(1)) if noise.size else 0.0
+    return float(np.median(noise)) / _median(1) if noise.size else 0.0
 
 
 def apart(steps: list[Floats], deviation: Floats, noisy: np.ndarray) -> float:
@@ -82,4 +82,9 @@ def apart(steps: list[Floats], deviation: Floats, noisy: np.ndarray) -> float:
     """
     ratio = np.var(steps, axis=0, ddof=1)[noisy] / deviation[noisy] ** 2
     freedom = len(steps) - 1
-    return float(np.median(ratio)) / (float(stats.chi2.median(freedom)) / freedom) if ratio.size else 1.0
+    return float(np.median(ratio)) / (_median(freedom) / freedom) if ratio.size else 1.0
+
+
+def _median(freedom: int) -> float:
+    """Of chi-squared."""
+    return 2 * float(special.gammaincinv(freedom / 2, 0.5))

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from statistics import median
 
 import numpy as np
-from scipy import stats
 
+from nusselt.experiments.verdict.quantiles import student_quantile
 from nusselt.renderer.vectors import Floats
 
 from .rows import number
@@ -26,9 +26,11 @@ TARGETS = (1e-2, 1e-3, 1e-4)
 
 def slope(sizes: Sequence[float] | Floats, values: Sequence[float] | Floats) -> tuple[float, float, float]:
     """Least-squares slope of log value over log size, and its interval at 99 %: NaN where two points leave none."""
+    from scipy import stats
+
     fit = stats.linregress(np.log(sizes), np.log(values))
     freedom = len(sizes) - 2
-    reach = float(stats.t.isf(0.005, freedom)) * float(fit.stderr) if freedom > 0 else math.nan
+    reach = float(student_quantile(0.005, freedom)) * float(fit.stderr) if freedom > 0 else math.nan
     return float(fit.slope), float(fit.slope) - reach, float(fit.slope) + reach
 
 

@@ -6,9 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage, stats
+from scipy import ndimage
 
 from nusselt.renderer.vectors import Floats
+
+from .quantiles import normal_quantile
 
 AROUND = 5
 """Pixels a side over which noise is scaled to a deviation of one."""
@@ -58,7 +60,7 @@ class Alike:
         sums[0, width:] = squares[0, width:] = pairs[0, width:] = 0.0
         sums[0, 0] = 0.0
         enough = pairs > FEWEST
-        beyond = float(stats.norm.isf(level / max(int(enough.sum()), 1)))
+        beyond = normal_quantile(level / max(int(enough.sum()), 1))
         z_of = np.divide(sums, np.sqrt(squares), out=np.zeros_like(sums), where=enough & (squares > 0))
         variance = float((z * z).sum()) / max(float(there.sum()), 1.0)
         correlation = np.divide(sums, pairs * variance, out=np.zeros_like(sums), where=enough & (variance > 0))

@@ -11,10 +11,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.image import Image
+
+from .quantiles import normal_quantile
 
 SURE = 1e-4
 """How often a right image's score falls outside the expected interval."""
@@ -37,7 +38,7 @@ def course_score(ours: Image, reference: Reference, passes: int) -> CourseScore:
     step = target - 255 * np.clip(np.nan_to_num(ours.first), 0, 1)
     square = (step**2 - blur).mean(axis=0)
     expected = ours.level_variance.mean(axis=0)
-    sigmas = float(stats.norm.isf(SURE / 2))
+    sigmas = normal_quantile(SURE / 2)
     mse_reach = sigmas * float(square.std()) * math.sqrt((1 + 1 / max(passes - 1, 1)) / square.size)
     bias_reach = sigmas * math.sqrt(float((expected + blur.mean(axis=0)).sum())) / square.size
     mean = float(expected.mean())

@@ -10,10 +10,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from nusselt.renderer.vectors import Bools, Floats
 
+from .quantiles import student_quantile
 from .side import Side
 
 VARIANCE_MARGIN = 0.1
@@ -48,11 +48,11 @@ class Bias:
         ``normal``, by Chebyshev's inequality: sqrt(1/level) standard errors, whatever the distribution.
         """
         unseen = np.sqrt(self.standard_error**2 + math.log(2 / level) * np.asarray(self.grain) ** 2)
-        return np.where(normal, stats.t.isf(level / 2, self.freedom), math.sqrt(1 / level)) * unseen
+        return np.where(normal, student_quantile(level / 2, self.freedom), math.sqrt(1 / level)) * unseen
 
     def reserve(self, power: float) -> Floats:
         """How far beyond the end of the interval a true bias must lie to be found with this power."""
-        return np.asarray(stats.t.isf(1 - power, self.freedom) * self.standard_error)
+        return np.asarray(student_quantile(1 - power, self.freedom) * self.standard_error)
 
 
 def average(values: Floats) -> Floats:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from scipy import stats
+from scipy import special
 
 from .evidence import Evidence
 from .rule import Finding, Rule
@@ -43,7 +43,7 @@ class Level:
         def boundary(alpha: float) -> float:
             return math.sqrt((1 + r / time) * (math.log((time + r) / r) - 2 * math.log(alpha)))
 
-        spent = 2 * float(stats.norm.sf(boundary(alpha))) / alpha
+        spent = 2 * float(special.ndtr(-boundary(alpha))) / alpha
         return Level(self.alpha * min(spent, 1.0), self.rows)
 
 

@@ -11,12 +11,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from nusselt.experiments.results.rows import number, title
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.status import EXIT
 from nusselt.experiments.results.work_precision import seconds_of
+from nusselt.experiments.verdict.quantiles import normal_quantile
 from nusselt.renderer.words import count
 
 from .change import Change, step_in_words
@@ -181,7 +181,7 @@ def compare_rows(baseline: list[Row], results: list[Row], alpha: float = 1e-3) -
 
 
 def _detectable(noisy: list[tuple[Change, float]], alpha: float) -> float | None:
-    sigmas = float(stats.norm.isf(alpha / 2 / max(len(noisy), 1)) + stats.norm.isf(1 - POWER))
+    sigmas = normal_quantile(alpha / 2 / max(len(noisy), 1)) + normal_quantile(1 - POWER)
     shares = [sigmas * error / c.before for c, error in noisy if c.figure == "variance" and c.before and error > 0]
     return float(np.median(shares)) if shares else None
 

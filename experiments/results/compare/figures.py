@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import stats
 
 from nusselt.experiments.results.rows import number
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.verdict.intervals import Bias, welch
+from nusselt.experiments.verdict.quantiles import student_tail
 
 IDENTITY = ("experiment", "scene", "estimator", "method", "renderer", "case", "defect", "samples", "stratified")
 """What makes two rows the same question."""
@@ -71,7 +71,7 @@ def chance(step: Bias, before: float, after: float) -> float:
     """Of so large a step, or a larger one, where nothing changed."""
     if step.standard_error == 0:
         return 1.0 if math.isclose(before, after, rel_tol=1e-6, abs_tol=1e-300) else 0.0
-    return float(2 * stats.t.sf(abs(step.value) / step.standard_error, step.freedom))
+    return float(2 * student_tail(abs(step.value) / step.standard_error, step.freedom))
 
 
 def holm(p: Sequence[float], alpha: float) -> list[bool]:

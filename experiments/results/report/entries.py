@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
-from scipy import stats
+from scipy import special
 
 from nusselt.experiments.images.formats.exr import exr_planes
 from nusselt.experiments.results.document import plain
@@ -110,7 +110,7 @@ def tiles(row: Row) -> dict[str, Any] | None:
     if not row.get("tile_p") or not row.get("tiles"):
         return None
     bias, p = (np.array(row[name], dtype=float) for name in ("tiles", "tile_p"))
-    z = np.sign(bias) * stats.norm.isf(np.clip(p, 1e-300, 1) / 2)
+    z = np.sign(bias) * -special.ndtri(np.clip(p, 1e-300, 1) / 2)
     told: dict[str, Any] = plain({"bias": bias.ravel(), "p": p.ravel(), "z": z.ravel(), "side": len(p)})
     return told
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from nusselt.experiments.verdict.evidence import ROUNDING, TILE_MARGIN, Evidence
 from nusselt.experiments.verdict.intervals import average, freedom_of
+from nusselt.experiments.verdict.quantiles import student_quantile
 from nusselt.experiments.verdict.rule import Finding
 from nusselt.renderer.vectors import Floats
 
@@ -32,7 +32,7 @@ class Channels:
         error, freedom = _error_of_mean(ours.variance, reference.variance, evidence)
         grey_error, grey_freedom = _error_of_mean(ours.grey_variance, reference.grey_variance, evidence)
         freedom = np.minimum(freedom.min(axis=1), grey_freedom)
-        quantile = stats.t.isf(level / 2 / bias.shape[1], freedom)[:, None]
+        quantile = student_quantile(level / 2 / bias.shape[1], freedom)[:, None]
         margin = (TILE_MARGIN * evidence.margin + ROUNDING) * evidence.scale[:, None]
         off = bias > quantile * (error + grey_error[:, None]) + margin
         return Finding(

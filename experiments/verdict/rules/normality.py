@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from nusselt.experiments.verdict.evidence import Evidence
 from nusselt.experiments.verdict.intervals import resting_on
@@ -74,6 +73,8 @@ def excess_kurtosis(side: Side) -> Floats:
     flat, varied = _varied(side.passes)
     if varied.shape[-1] < 4:
         return np.full(flat.shape, np.nan)
+    from scipy import stats  # a second to import, where nothing else needs it
+
     return np.where(flat | ~side.is_random, np.nan, stats.kurtosis(varied, axis=-1, bias=False))
 
 
@@ -85,6 +86,8 @@ def is_heavy(values: Floats) -> Bools:
     flat, varied = _varied(values)
     if varied.shape[-1] < 20:
         return np.zeros(flat.shape, dtype=bool)
+    from scipy import stats
+
     tail = stats.kurtosistest(varied, axis=-1, alternative="greater").pvalue
     return np.asarray(~flat & (np.minimum(tail, stats.skewtest(varied, axis=-1).pvalue) < SURE / 2))
 

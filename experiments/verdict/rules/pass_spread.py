@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from nusselt.experiments.verdict.evidence import Evidence
 from nusselt.experiments.verdict.intervals import Ratio, average, resting_on
@@ -28,8 +28,9 @@ def pass_spread(passes: Floats, noise: Floats, level: float) -> Ratio:
     noisy = pooled > 0
     value, low, high = np.full((3, len(pooled)), np.nan)
     value[noisy] = passes[noisy].var(axis=-1, ddof=1) / count / pooled[noisy]
-    law = stats.f(count - 1, (count - 1) * resting_on(noise[noisy]))
-    low[noisy], high[noisy] = value[noisy] / law.isf(level / 2), value[noisy] / law.ppf(level / 2)
+    ours, theirs = count - 1, (count - 1) * resting_on(noise[noisy])  # degrees of freedom of an F
+    low[noisy] = value[noisy] * special.fdtri(theirs, ours, level / 2)
+    high[noisy] = value[noisy] / special.fdtri(ours, theirs, level / 2)
     return Ratio(value, low, high)
 
 

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy import ndimage, special, stats
+from scipy import ndimage, special
 
 from nusselt.experiments.verdict.evidence import ROUNDING, TILE_MARGIN, Evidence
 from nusselt.experiments.verdict.intervals import average
+from nusselt.experiments.verdict.quantiles import student_quantile
 from nusselt.experiments.verdict.rule import Finding
 from nusselt.experiments.verdict.side import Side
 from nusselt.renderer.vectors import Bools, Floats
@@ -89,7 +90,7 @@ class Pixels:
         own = total(np.broadcast_to(np.abs(evidence.offset), mean.shape)) / count
         allowed = TILE_MARGIN * evidence.margin * np.maximum(evidence.scale[:, None], mean) + 3 * own
         freedom = min((side.freedom for side in (ours, theirs) if side.sampled), default=1.0)
-        quantile = stats.t.isf(level / 2, BLOCK**2 * freedom)
+        quantile = student_quantile(level / 2, BLOCK**2 * freedom)
         return np.asarray(
             (np.abs(total(evidence.difference) / count) > quantile * noise + allowed) & (count == BLOCK**2)
         )

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from nusselt.experiments.verdict.evidence import ROUNDING, Evidence
 from nusselt.experiments.verdict.intervals import average, resting_on
+from nusselt.experiments.verdict.quantiles import student_quantile
 from nusselt.experiments.verdict.rule import Finding
 from nusselt.renderer.vectors import Floats
 
@@ -38,7 +38,7 @@ class Residual:
         spread = square**2 / count**2  # not about their mean: of one pixel that would be nothing
         error = np.sqrt(spread.sum(axis=-1) + math.log(2 / level) * spread.max(axis=-1, initial=0.0))
         freedom = 2 * resting_on(spread)
-        reach = stats.t.isf(level / 2, freedom) * error
+        reach = student_quantile(level / 2, freedom) * error
         own = float(average(np.broadcast_to(evidence.offset, (count,)) ** 2)) if square.size else 0.0
         allowed = ((ROOT_MARGIN * evidence.margin + ROUNDING) * scale) ** 2 + 3 * own
         fails = (mean - reach > allowed) & (not evidence.shares_points)
@@ -46,7 +46,7 @@ class Residual:
         figures = {
             "rms_denoised_relative": _root(mean) / scale,
             "rms_denoised_interval": interval,
-            "finds_rms": _root(allowed + reach + stats.t.isf(1 - POWER, freedom) * error) / scale,
+            "finds_rms": _root(allowed + reach + student_quantile(1 - POWER, freedom) * error) / scale,
         }
         return Finding(
             fails,

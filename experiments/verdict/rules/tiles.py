@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from nusselt.experiments.verdict.evidence import ROUNDING, TILE_MARGIN, TILES, Evidence
+from nusselt.experiments.verdict.quantiles import normal_quantile, student_quantile, student_tail
 from nusselt.experiments.verdict.rule import Finding
 from nusselt.renderer.vectors import Bools, Floats
 
@@ -33,8 +33,8 @@ class TileBiases:
         """How many tiles of each row lie beyond +-margin (radiance, one or (b, 8, 8)) at this false-alarm rate each."""
         margin = np.broadcast_to(margin, self.bias.shape)
         # A t quantile is never below the normal one: most tiles need no t.
-        doubtful = np.abs(self.bias) > stats.norm.isf(level / 2) * self.error + margin
-        reach = stats.t.isf(level / 2, self.freedom[doubtful]) * self.error[doubtful] + margin[doubtful]
+        doubtful = np.abs(self.bias) > normal_quantile(level / 2) * self.error + margin
+        reach = student_quantile(level / 2, self.freedom[doubtful]) * self.error[doubtful] + margin[doubtful]
         failing = np.zeros(doubtful.shape, dtype=bool)
         failing[doubtful] = np.abs(self.bias[doubtful]) > reach
         return np.asarray(failing.sum(axis=(-2, -1)))
@@ -72,7 +72,7 @@ def tile_biases(difference: Floats, noise: Floats, tile: NDArray[np.int64], roun
     freedom = np.divide(variance**2, squares, out=np.full(size.shape, 1e9), where=squares > 0)
     noisy: Bools = (count > 0) & (error > rounding[:, None, None])
     p = np.full(size.shape, np.nan)
-    p[noisy] = 2 * stats.t.sf(np.abs(bias[noisy]) / error[noisy], freedom[noisy])
+    p[noisy] = 2 * student_tail(np.abs(bias[noisy]) / error[noisy], freedom[noisy])
     return TileBiases(bias, error, np.maximum(freedom, 1.0), p)
 
 

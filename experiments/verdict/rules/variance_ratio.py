@@ -8,10 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from nusselt.experiments.verdict.evidence import Evidence
 from nusselt.experiments.verdict.intervals import Ratio, average, resting_on
+from nusselt.experiments.verdict.quantiles import student_quantile
 from nusselt.experiments.verdict.rule import Finding
 from nusselt.renderer.vectors import Floats
 
@@ -49,7 +49,7 @@ def variance_ratio(ours: Floats, theirs: Floats, level: float) -> Ratio:
     x, y = ours[noisy] / mine[noisy, None], theirs[noisy] / other[noisy, None]
     freedom = np.maximum(np.minimum(resting_on(x), resting_on(y)) - 1, 1.0)
     reach = np.zeros(value.shape)
-    reach[noisy] = np.minimum(stats.t.isf(level / 2, freedom) * log_ratio_error(x, y), 600)
+    reach[noisy] = np.minimum(student_quantile(level / 2, freedom) * log_ratio_error(x, y), 600)
     return Ratio(value, value * np.exp(-reach), value * np.exp(reach))
 
 

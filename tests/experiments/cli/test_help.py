@@ -30,6 +30,13 @@ def test_help_waits_for_no_library(word):
     assert done.stdout.splitlines()[-1] == "loaded"
 
 
+@pytest.mark.parametrize("command", ["render", "check", "compare", "metamorphic"])
+def test_no_command_waits_for_the_laws_that_only_a_verdict_needs(command):
+    asked = f"import sys, nusselt.experiments.cli.{command}\nprint('scipy.stats' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
 def test_every_command_is_told_by_its_own_first_sentence():
     context = click.Context(main)
     told = " ".join(main.get_help(context).split())

@@ -11,10 +11,32 @@ from scipy import stats
 from nusselt.experiments.verdict.evidence import TILES, tile_numbers
 from nusselt.experiments.verdict.intervals import pooled_bias, resting_on
 from nusselt.experiments.verdict.level import Level
+from nusselt.experiments.verdict.quantiles import normal_quantile, student_quantile, student_tail
 from nusselt.experiments.verdict.rules import MEAN, RULES
+from nusselt.experiments.verdict.rules.pass_spread import pass_spread
 from nusselt.experiments.verdict.rules.tiles import Tiles, tile_biases
 
 FALSE_ALARM = 1e-6
+
+
+@pytest.mark.parametrize("level", [0.5, 0.99, 1e-3, 1e-9, 1e-30])
+def test_quantiles_are_those_of_the_laws(level):
+    freedom = np.array([1.0, 3.5, 31, 1e9])
+    assert normal_quantile(level) == pytest.approx(stats.norm.isf(level), rel=1e-12)
+    np.testing.assert_allclose(student_quantile(level, freedom), stats.t.isf(level, freedom), rtol=1e-12)
+    reached = student_quantile(level, freedom)
+    np.testing.assert_allclose(student_tail(reached, freedom), level, rtol=1e-6)
+
+
+def test_the_spread_of_passes_is_held_against_both_tails_of_f():
+    """The upper one from its own end: 1 - level / 2 would be one at levels below a rounding."""
+    rng = np.random.default_rng(1)
+    passes, noise = rng.normal(size=(1, 9)), np.full((1, 400), 9.0)
+    for level in (1e-2, 1e-6, 1e-18):
+        found = pass_spread(passes, noise, level)
+        law = stats.f(8, 8 * resting_on(noise))
+        assert law.sf(found.value / found.low) == pytest.approx(level / 2, rel=1e-6)
+        assert law.cdf(found.value / found.high) == pytest.approx(level / 2, rel=1e-6)
 
 
 def test_level_splits_the_declared_rate_and_no_more():
