@@ -15,7 +15,7 @@ $(STAMP): requirements.lock pyproject.toml setup.py
 	@rm -rf $(VENV)
 	@$(PYTHON) -m venv $(VENV) 2>/dev/null || $(PYTHON) -m virtualenv -q $(VENV) 2>/dev/null || uv venv -q --seed $(VENV) \
 	  || { rm -rf $(VENV); echo "no way to make a virtual environment: $(PYTHON) has no venv module (Debian splits it off as python3-venv), and neither virtualenv nor uv is here" >&2; exit 2; }
-	$(BIN)/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install -q --disable-pip-version-check --no-compile --require-hashes -r requirements.lock
 	@# The warning left out is one for whoever runs Python beside folders named as the package's: ours are not.
 	PYTHONWARNINGS=ignore $(BIN)/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@$(BIN)/python -c pass  # the first start finishes the installation of karellen-llvm-core

@@ -8,11 +8,13 @@ from os import PathLike
 from typing import Any
 
 from nusselt.experiments.scenes.catalogue import load
+from nusselt.experiments.scenes.sizes import at_width
 from nusselt.mitsuba_bridge.own import read_mitsuba_dict
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.scene import Scene
+from nusselt.renderer.scene import MAX_SIDE, Scene
+from nusselt.renderer.words import count
 
-from .question import PixelRule, with_pixel_rule
+from .question import PixelRule, whole_within, with_pixel_rule
 
 SceneLike = str | PathLike[str] | Scene | Mapping[str, Any]
 
@@ -59,6 +61,28 @@ class Reading:
 
 
 @dataclass(frozen=True)
+class SizedReading(Reading):
+    """The same in other numbers of pixels.
+
+    Parameters
+    ----------
+    width : int or None
+        Pixels across, of the same shape, 1 to 65,536; None: the scene's.
+    """
+
+    width: int | None = None
+
+    def scene(self, given: SceneLike, rule: PixelRule | None = None) -> Scene:
+        """As `Reading.scene`; single pixels that are expected to show something are those of the scene's own size."""
+        scene = super().scene(given, rule)
+        if self.width is None or self.width == scene.width:
+            return scene
+        whole_within("width", self.width, 1, MAX_SIDE)
+        lost = (f"{count(len(scene.pixels), 'expectPixel')} left out: of another size",) if scene.pixels else ()
+        return at_width(scene.with_(pixels=(), warnings=(*scene.warnings, *lost)), self.width)
+
+
+@dataclass(frozen=True)
 class Mode:
     """A way of checking, and the options it makes use of.
 
@@ -96,6 +120,7 @@ _ALL = frozenset(
             "two_sided",
             "as_diffuse",
             "as_mesh",
+            "width",
             "pixel_rule",
             "margin",
         ),

@@ -17,7 +17,7 @@ from rich.console import Console
 from nusselt.experiments.check.check import Answer, References, check
 from nusselt.experiments.check.question import Question, number_within
 from nusselt.experiments.check.references import KeptReferences
-from nusselt.experiments.check.request import Reading, mode_of
+from nusselt.experiments.check.request import SizedReading, mode_of
 from nusselt.experiments.check.sequential import check_until
 from nusselt.experiments.external.judge import External
 from nusselt.experiments.files import folder_name
@@ -37,9 +37,9 @@ from nusselt.experiments.terminal.options import (
     cluster_option,
     exports_options,
     output_options,
-    reading_options,
     said_in,
     sampling_options,
+    sized_reading_options,
     verbose_option,
 )
 from nusselt.experiments.terminal.progress import progress_bar
@@ -85,7 +85,7 @@ class Checks:
     cluster: str | None
 
 
-def _read_all(asked: Sequence[Asked], said: Mapping[str, Any], reading: Reading, question: Question) -> list[_Row]:
+def _read_all(asked: Sequence[Asked], said: Mapping[str, Any], reading: SizedReading, question: Question) -> list[_Row]:
     """Every scene, read and found askable before the first is rendered."""
     rows: list[_Row] = []
     estimators = Counter(one.scene for one in asked)
@@ -109,7 +109,7 @@ def _read_all(asked: Sequence[Asked], said: Mapping[str, Any], reading: Reading,
 @click.option("--classic", is_flag=True, help="All classic scenes.")
 @click.option("--estimator", metavar="NAME", multiple=True, help="Instead of the scene's; a row for each. See: list.")
 @sampling_options
-@reading_options
+@sized_reading_options
 @external_options
 @kept_options
 @judging_options
@@ -126,7 +126,7 @@ def command(
     classic: bool,
     estimator: tuple[str, ...],
     sampling: Sampling,
-    reading: Reading,
+    reading: SizedReading,
     external: External,
     kept: Kept,
     judging: Judging,

@@ -10,7 +10,7 @@ import click
 
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences
-from nusselt.experiments.check.request import Reading
+from nusselt.experiments.check.request import SizedReading
 from nusselt.experiments.external.comparison import Comparison
 from nusselt.experiments.external.judge import External, Judging, judge_images, judge_renderer
 from nusselt.experiments.external.pictures import write_comparison
@@ -40,7 +40,7 @@ class ExternalCheck:
     estimators: tuple[str, ...]
     question: Question
     external: External
-    reading: Reading
+    reading: SizedReading
     references: KeptReferences
     output: Output
     exports: Exports
@@ -120,7 +120,7 @@ def _judged(scene: Scene, word: str, task: ExternalCheck, judging: Judging) -> C
     if task.images:
         return judge_images(scene, task.images, judging)
     program = Program(task.external.renderer, task.external.image_type, task.external.run_timeout)
-    with ProgramRenderer(program, scene, word) as renderer:
+    with ProgramRenderer(program, scene, word if task.reading.width is None else None) as renderer:
         told = judge_renderer(scene, renderer, judging)
     told.row["renderer_command"] = task.external.renderer
     return told

@@ -10,7 +10,7 @@ import click
 
 from nusselt.experiments.images.read import READERS
 from nusselt.experiments.metamorphic.sources import EstimatorSource, Source, renderer_source, sized
-from nusselt.experiments.terminal.options import together
+from nusselt.experiments.terminal.options import together, width_option
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
@@ -52,7 +52,7 @@ OPTIONS = (
     click.option("--run-timeout", type=click.FloatRange(0, min_open=True), default=600.0, show_default=True),
     click.option("--new-kinds", is_flag=True, help="The renderer knows quad and triangle lights."),
     click.option("--exact", is_flag=True, help="The renderer claims images without noise."),
-    click.option("--width", type=click.IntRange(1, 65_536), help="Pixels across, instead of the scene's."),
+    width_option,
     click.option("--samples", type=click.IntRange(1, 1 << 24), help="Per light, instead of the scene's."),
 )
 estimator_option = click.option("--estimator", metavar="NAME", help="Instead of the scene's. See: list.")

@@ -28,6 +28,7 @@ class FunctionRenderer:
 
     function: RenderFunction
     scene: Scene
+    takes_samples: bool = True
 
     def run(self, samples: int, seed: int) -> Run:
         """One image; what the function raises is the caller's to see.

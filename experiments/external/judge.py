@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
 
@@ -50,7 +50,7 @@ class External:
     runs : int
         Seeds at each number of samples, 1 to 256.
     steps : int
-        Numbers of samples, each four times the one before, 1 to 8.
+        Numbers of samples, each four times the one before, 1 to 8; judged are the images of most.
     run_timeout : float
         Seconds of one run of a command.
 
@@ -141,18 +141,20 @@ def judge_images(scene: Scene, images: Sequence[ImageLike], judging: Judging) ->
 
 
 def judge_renderer(scene: Scene, renderer: Renderer, judging: Judging) -> Comparison:
-    """Judge the images that a renderer makes of some seeds, and how their error falls with samples and time."""
+    """Judge a renderer by its images of most samples, of some seeds; and how its error falls with samples and time."""
     external, samples = judging.external, judging.question.of(scene).samples
-    total = external.runs * external.steps
-    steps: list[list[Run]] = []
-    for step in range(external.steps):
+    growths = [GROWTH**step for step in range(external.steps if renderer.takes_samples else 1)]
+    if len(growths) > 1:
+        judging = replace(judging, question=replace(judging.question, samples=samples * growths[-1]))
+    done, seed, steps = 0, judging.question.seed, list[list[Run]]()
+    for growth in growths:
         steps.append([])
-        for number in range(external.runs):
-            done = step * external.runs + number
+        for _ in range(external.runs):
             if judging.progress:
-                judging.progress("renderer", done, total)
-            steps[-1].append(renderer.run(samples * GROWTH**step, judging.question.seed + 1 + done))
+                judging.progress("renderer", done, external.runs * sum(growths))
+            done, seed = done + growth, seed + 1
+            steps[-1].append(renderer.run(samples * growth, seed))
             quantiser = quantiser_of([steps[0][0].raw], external.transfer, external.quantisation)
-    told = judging.compare(scene, [f"seed {run.seed}" for run in steps[0]], [run.raw for run in steps[0]], "renderer")
+    told = judging.compare(scene, [f"seed {run.seed}" for run in steps[-1]], [run.raw for run in steps[-1]], "renderer")
     told.row["convergence"] = convergence(steps, quantiser, stage(scene, told.truth), told.truth.reference)
     return told

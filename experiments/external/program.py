@@ -84,6 +84,11 @@ class Run:
 class Renderer(Protocol):
     """Somebody's renderer, ready for one scene."""
 
+    @property
+    def takes_samples(self) -> bool:
+        """Whether it is told how many."""
+        ...
+
     def run(self, samples: int, seed: int) -> Run:
         """One image."""
         ...
@@ -104,6 +109,10 @@ class ProgramRenderer:
 
     def __init__(self, program: Program, scene: Scene, name: str | None = None, threads: int | None = None) -> None:
         self.program, self.scene, self.name, self.threads = program, scene, name, threads or os.cpu_count() or 1
+
+    @property
+    def takes_samples(self) -> bool:
+        return "{samples}" in self.program.command
 
     def __enter__(self) -> ProgramRenderer:
         self._folder = tempfile.TemporaryDirectory(prefix="nusselt-")

@@ -16,7 +16,7 @@ from nusselt.experiments.check.check import Answer
 from nusselt.experiments.check.check import check as check_one
 from nusselt.experiments.check.question import PixelRule, Question, ShadowOrigin
 from nusselt.experiments.check.references import KeptReferences
-from nusselt.experiments.check.request import Reading, SceneLike, mode_of
+from nusselt.experiments.check.request import SceneLike, SizedReading, mode_of
 from nusselt.experiments.external.comparison import Comparison
 from nusselt.experiments.external.function import FunctionRenderer, RenderFunction
 from nusselt.experiments.external.judge import External, ImageLike, Judging, judge_images, judge_renderer
@@ -53,6 +53,7 @@ def check(
     two_sided: bool = False,
     as_diffuse: bool = False,
     as_mesh: bool = False,
+    width: int | None = None,
     reference: str | PathLike[str] | None = None,
     cache: str | PathLike[str] | None = None,
     transfer: str = "linear",
@@ -81,6 +82,8 @@ def check(
         False-alarm rate of all rows together.
     lenient, two_sided, as_diffuse, as_mesh : bool
         How a scene is read.
+    width : int, optional
+        Pixels across, instead of the scene's.
     reference, cache : path, optional
         A kept reference; a folder to keep references in, by content.
     transfer, quantisation, runs, steps, image_type, run_timeout, noise
@@ -110,7 +113,7 @@ def check(
         tolerance=tolerance,
     )
     external = External(transfer, quantisation, renderer, image_type, runs, steps, run_timeout, noise)
-    reading = Reading(lenient, two_sided, as_diffuse, as_mesh)
+    reading = SizedReading(lenient, two_sided, as_diffuse, as_mesh, width)
     rows = [
         _Row(given, reading.scene(given, pixel_rule), replace(question, estimator=kind), {**said, "estimator": kind})
         for given in scenes
@@ -157,7 +160,8 @@ def _theirs(row: _Row, images: Any, judging: Judging) -> Comparison:
     if not isinstance(renderer, str):
         return judge_renderer(row.scene, FunctionRenderer(renderer, row.scene), judging)
     program = Program(renderer, judging.external.image_type, judging.external.run_timeout)
-    name = str(row.given) if isinstance(row.given, str | PathLike) else None
+    own_file = isinstance(row.given, str | PathLike) and "width" not in row.said
+    name = str(row.given) if own_file else None
     with ProgramRenderer(program, row.scene, name) as ready:
         return judge_renderer(row.scene, ready, judging)
 

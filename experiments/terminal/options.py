@@ -12,7 +12,8 @@ import click
 from click.core import ParameterSource
 
 from nusselt.experiments.check.question import MOST_SAMPLES, MOST_SEED, PixelRule, ShadowOrigin
-from nusselt.experiments.check.request import Reading
+from nusselt.experiments.check.request import Reading, SizedReading
+from nusselt.renderer.scene import MAX_SIDE
 
 from .places import Place
 
@@ -99,14 +100,15 @@ class Output:
         return self.target or (str(self.out / "results.json") if self.out else None)
 
 
-reading_options = together(
-    Reading,
-    "reading",
+READING = (
     click.option("--lenient", is_flag=True, help="Warn of unknown commands in a scene instead of refusing it."),
     click.option("--two-sided", is_flag=True, help="Surfaces reflect at their back too, on both renderers."),
     click.option("--as-diffuse", is_flag=True, help="Of other programs' files: take other surfaces for diffuse."),
     click.option("--as-mesh", is_flag=True, help="Of Mitsuba's files: take cylinders for meshes."),
 )
+width_option = click.option("--width", type=click.IntRange(1, MAX_SIDE), help="Pixels across, instead of the scene's.")
+reading_options = together(Reading, "reading", *READING)
+sized_reading_options = together(SizedReading, "reading", *READING, width_option)
 
 sampling_options = together(
     Sampling,

@@ -14,16 +14,19 @@ ERRORS = Console(stderr=True, highlight=False)
 Report = Callable[[str, int, int], None]
 LONG = 10.0
 """Seconds of work that are announced."""
+KNOWN = 1 / 20
+"""Share of the work after which its rate is known: a renderer's first images may be all start-up."""
 SHORTER = {
     "reference": "twice the margin takes a quarter of it, half the pixels half, a reference kept with --cache none",
     "ours": "twice the margin takes a quarter of it, half the pixels half",
+    "renderer": "one --steps less takes a quarter of it, half the pixels half of it",
 }
 """What is announced, by its stage, and what would take less."""
 
 
 @dataclass
 class Forecast:
-    """What a stage will take, from the rate at which its first parts were done.
+    """What a stage will take, from the rate at which its last part was done.
 
     Parameters
     ----------
@@ -32,18 +35,21 @@ class Forecast:
     """
 
     clock: Callable[[], float] = time.monotonic
-    _begun: dict[str, tuple[float, int]] = field(default_factory=dict)
+    _last: dict[str, tuple[float, int]] = field(default_factory=dict)
     _told: set[str] = field(default_factory=set)
 
     def __call__(self, stage: str, done: int, total: int) -> str | None:
         """A sentence, once a stage, where `LONG` or more is left when its rate is first known."""
         if stage not in SHORTER or stage in self._told:
             return None
-        start, first = self._begun.setdefault(stage, (self.clock(), done))
-        if done <= first:
+        now = self.clock()
+        before, last = self._last.get(stage, (now, done))
+        if done > last or stage not in self._last:
+            self._last[stage] = now, done
+        if done <= max(last, KNOWN * total):
             return None
         self._told.add(stage)
-        left = (self.clock() - start) / (done - first) * (total - done)
+        left = (now - before) / (done - last) * (total - done)
         return f"{stage} will take about {_spoken(left)} more: {SHORTER[stage]}" if left >= LONG else None
 
 

@@ -19,6 +19,7 @@ from test_cli import SMALL
 import nusselt
 from nusselt.experiments.cli.main import main
 from nusselt.renderer.estimators import Area
+from nusselt.renderer.scene_text import parse_scene
 
 pytestmark = pytest.mark.mitsuba
 
@@ -49,6 +50,27 @@ def run(block: str, *more: str) -> dict:
         result = CliRunner().invoke(main, [*words[1:], *(more if last else ())], catch_exceptions=False)
         assert result.exit_code == 0, result.output
     return json.loads(Path(more[-1]).read_text()) if more else {}
+
+
+def test_the_three_lines(tmp_path):
+    """As they stand, but for fewer pixels, samples and so another margin; ./mine is our own renderer."""
+    _, check, report = re.findall(r"```\n(.*?)```", TEXT, re.DOTALL)[0].strip().splitlines()
+    own(tmp_path / "mine", "import sys\n_, scene, _, samples, _, seed, _, output = sys.argv")
+    less = ("--width", "48", "--steps", "2", "--margin", "0.01")
+    rows = run(check.removeprefix(".venv/bin/"), *less, "--json", "out/results.json")["rows"]
+    assert [(row["scene"], row["samples"]) for row in rows] == [("quad", 64), ("cornell-boxes", 64)]
+    for row in rows:
+        assert row["verdict"] == "agrees", row["reason"]
+        assert row["pixels"]["shaded"] < 48 * 48
+    run(report.removeprefix(".venv/bin/"))
+    assert (tmp_path / "out" / "report.html").stat().st_size > 10_000
+
+
+def test_the_example_of_a_scene():
+    (text,) = re.findall(
+        r"```\n(# A square.*?)```", (ROOT / "docs" / "scenes.md").read_text(encoding="utf-8"), re.DOTALL
+    )
+    assert parse_scene(text).with_(name="quad").digest() == nusselt.read_scene("quad").digest()
 
 
 def test_the_example_of_images():
@@ -108,6 +130,23 @@ def my_render(scene, samples, seed):
 """
 
 
+OWN_PROGRAM = """#!{python}
+from pathlib import Path
+{arguments}
+from nusselt.experiments.images.write import write_image
+from nusselt.renderer.estimators import Area
+from nusselt.renderer.image import render
+from nusselt.renderer.scene_text import read_scene
+write_image(Path(output), render(read_scene(scene), Area(samples=int(samples)), seed=int(seed)).mean)
+"""
+
+
+def own(path: Path, arguments: str) -> None:
+    """A program of one's own."""
+    path.write_text(OWN_PROGRAM.format(python=sys.executable, arguments=arguments))
+    path.chmod(0o755)
+
+
 def box(folder: Path) -> None:
     (folder / "box.test").write_text(SMALL.replace("size 24 18", "size 64 48"))
 
@@ -120,6 +159,7 @@ def test_the_examples_of_the_front_door(tmp_path):
     scene = nusselt.read_scene("box.test")
     names |= {"MyEstimator": Area, "first": names["my_render"](scene, 64, 1)}
     np.save("second.npy", names["my_render"](scene, 64, 2))
+    own(tmp_path / "mine", "import sys\n_, scene, samples, seed, output = sys.argv")
     exec(CALLS, names)
     assert names["results"].agrees, str(names["results"])
     assert names["image"].shape == (*names["image"].shape[:2], 3)

@@ -102,6 +102,32 @@ def test_a_function_is_a_renderer_and_a_wrong_one_is_told_from_a_right_one():
     assert wrong.row["command"].startswith("nusselt.check(<scene open>, renderer=too_bright, ")
 
 
+def test_judged_are_the_images_of_most_samples():
+    """A bias that the first ones' noise would hide."""
+
+    def brighter(scene, samples, seed):
+        return 1.005 * ours(scene, samples, seed)
+
+    found = nusselt.check(OPEN, renderer=brighter, samples=4, steps=3, margin=2e-3)
+    assert [row["samples"] for row in found.row["convergence"]["rows"]] == [4, 16, 64]
+    assert (found.row["samples"], found.row["passes"], found.verdict) == (64, 4, "differs"), str(found)
+    assert found.row["brought"] == ["seed 9", "seed 10", "seed 11", "seed 12"]
+    assert nusselt.check(OPEN, renderer=brighter, samples=4, steps=1, margin=2e-3).verdict == "undecided"
+
+
+def test_a_scene_may_be_checked_in_fewer_pixels(tmp_path):
+    expecting = tmp_path / "expecting.test"
+    expecting.write_text(f"{SMALL}\nexpectPixel 23 17  .1 .1 .1  1000\n", encoding="utf-8")
+    found = nusselt.check(
+        expecting, images=[ours(nusselt.read_scene(expecting).with_(width=12, height=9), 9, 1)], width=12
+    )
+    assert sum(found.row["pixels"].values()) == 12 * 9
+    assert "1 expectPixel left out: of another size" in found.row["warnings"]
+    assert "--width 12" in found.row["command"] or "width=12" in found.row["command"]
+    with pytest.raises(nusselt.InputError, match="width"):
+        nusselt.check(OPEN, width=0)
+
+
 def test_what_makes_a_row_again_has_names_that_can_be_typed_and_nothing_no_row_depends_on():
     from nusselt.experiments.front.again import again
 

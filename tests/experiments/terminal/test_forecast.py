@@ -17,11 +17,22 @@ def lines(seconds_each: float, parts: int, stage: str = "reference") -> list[str
     return [line for line in said if line]
 
 
-@pytest.mark.parametrize(("each", "parts", "told"), [(4, 31, "about 2 min"), (0.4, 31, "about 12 s"), (600, 25, "4 h")])
+@pytest.mark.parametrize(("each", "parts", "told"), [(4, 31, "about 116 s"), (0.4, 31, "about 12 s"), (600, 25, "4 h")])
 def test_a_large_job_is_announced_once(each, parts, told):
     (line,) = lines(each, parts)
     assert told in line
     assert "--cache" in line
+
+
+def test_start_up_is_not_taken_for_the_rate():
+    """Four images each of 1, 4 and 16 parts, two seconds of start-up and a second a part: 92 s in all, 82 left."""
+    now, said, done = [0.0], [], 0
+    forecast = Forecast(lambda: now[0])
+    for parts in [1] * 4 + [4] * 4 + [16] * 4:
+        said.append(forecast("renderer", done, 84))
+        done, now[0] = done + parts, now[0] + 2 + parts
+    (line,) = filter(None, said)
+    assert "about 114 s more" in line  # at the rate of an image of 4 parts; by the first image 240 s
 
 
 def test_a_small_job_and_other_stages_are_not():
