@@ -16,6 +16,9 @@ from nusselt.renderer.vectors import Floats
 
 from .program import Run
 
+GROWS = 2.0
+"""Times the shortest time, from which a slope over it says something."""
+
 
 def error_row(runs: list[Run], decode: Callable[[Run], Floats], seen: Image, truth: Reference) -> dict[str, Any]:
     """RMS of one image at one number of samples, the truth's noise taken out, and every wall time."""
@@ -47,8 +50,10 @@ def convergence(by_samples: list[list[Run]], quantiser: Quantiser, seen: Image, 
     for row in rows:
         later = row["seconds"][1:] or row["seconds"]
         row["seconds_first"], row["seconds_median"] = row["seconds"][0], float(np.median(later))
+    times = [row["seconds_median"] for row in rows]
+    started = max(times) < GROWS * min(times)  # it starts longer than it renders: its time tells nothing of samples
     return {
         "rows": rows,
         "slope_samples": fall(rows, "samples"),
-        "slope_seconds": fall(rows, "seconds_median"),
+        "slope_seconds": None if started else fall(rows, "seconds_median"),
     }

@@ -77,7 +77,10 @@ class Place:
 
 
 def places(case: Case) -> tuple[Place, ...]:
-    """The smallest places that hold the difference, or much of it; none where it is everywhere."""
+    """The smallest places that hold the difference, or much of it; none where it is everywhere.
+
+    Where values are no numbers, their pixels alone.
+    """
     single = _single_pixels(case)
     if single is not None:
         return (single,)
@@ -185,19 +188,21 @@ def _single_pixels(case: Case) -> Place | None:
     noise = case.probe.spread_out(np.sqrt(np.maximum(case.smooth(usual, case.shaded), 0)) + case.floor)
     worst = np.abs(step).max(axis=0) / noise
     around = ndimage.median_filter(worst, 5)
-    off = np.logical_and(given.judged, ~finite | (worst > ALONE) & (worst > 4 * around))
+    lost = given.judged & ~finite
+    off = lost if lost.any() else np.logical_and(given.judged, (worst > ALONE) & (worst > 4 * around))
     squares = np.where(finite, (step**2).mean(axis=0) / noise**2, 0.0)
     share = float(squares[off].sum()) / max(float(np.maximum(squares - 1 / len(decoded), 0).sum()), 1e-300)
     pixels = float(off.mean())
-    if not off.any() or pixels > FEW or (share < MOST and finite[given.judged].all()):
+    if not lost.any() and (not off.any() or pixels > FEW or share < MOST):
         return None
     beside = ndimage.maximum_filter(given.mean.mean(axis=0), 3) - ndimage.minimum_filter(given.mean.mean(axis=0), 3)
-    if float((beside[off] > 0.3 * np.maximum(given.mean.mean(axis=0)[off], 1e-300)).mean()) > 0.5:
+    if not lost.any() and float((beside[off] > 0.3 * np.maximum(given.mean.mean(axis=0)[off], 1e-300)).mean()) > 0.5:
         return None  # an edge, not pixels
     y, x = np.nonzero(off)
     named = ", ".join(f"({a}, {b})" for a, b in zip(x[:NAMED], y[:NAMED], strict=False))
     more = f" and {off.sum() - NAMED} more" if off.sum() > NAMED else ""
-    words = f"in {count(int(off.sum()), 'single pixel')}, (column, row) {named}{more}"
+    kind = "pixel" if lost.any() else "single pixel"
+    words = f"in {count(int(off.sum()), kind)}{' not finite' if lost.any() else ''}, (column, row) {named}{more}"
     right = float(given.mean[:, off].mean())
     change = float(step[:, off].mean()) / right if right > 0 else float("nan")
-    return Place(words, min(share, 1.0), pixels, change)
+    return Place(words, 1.0 if lost.any() else min(share, 1.0), pixels, change)

@@ -123,6 +123,17 @@ def test_scenes_and_images_that_are_black_or_not_finite(scene, change):
     assert names[:1] in ([], ["no-light"], ["ambient"])
 
 
+def test_values_that_are_no_numbers_are_told_by_their_pixels_alone():
+    """At an edge too, and nothing of the noise beside them."""
+    scene, given, strata = brought("gain 0.98", RIGHT, (5, 6))
+    edge = given.mean.mean(axis=0)
+    row, column = np.unravel_index(np.abs(np.diff(edge, axis=1)).argmax(), (edge.shape[0], edge.shape[1] - 1))
+    raws = [Raw(raw.values.copy()) for raw in given.raws]
+    raws[0].values[:, row, column] = np.nan
+    (place,) = diagnose(scene, Inputs.against(raws, RADIANCE, truth_of(scene)), SAMPLES, strata).where
+    assert f"1 pixel not finite, (column, row) ({column}, {row})" in place.said
+
+
 def test_noise_that_two_images_share_is_no_mistake_of_the_light():
     scene, given, strata = brought("gain 0.98", RIGHT, (5, 6))
     both = [raw.values + 0.9 * (given.raws[0].values - given.mean) for raw in given.raws]

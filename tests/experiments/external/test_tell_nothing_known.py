@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from nusselt.experiments.external.convergence import error_row
+from nusselt.experiments.external.convergence import convergence, error_row
 from nusselt.experiments.external.tell import tell
 
 
@@ -63,3 +63,18 @@ def test_an_error_of_no_finite_pixel_is_none_and_no_warning(row):
     words = told(row | {"convergence": {"rows": rows, "slope_samples": None, "slope_seconds": None}})
     assert "none" in words
     assert "nan" not in words
+
+
+def test_a_time_that_is_all_start_up_has_no_slope():
+    truth, plane = np.ones((3, 4, 5)), np.zeros((4, 5))
+    seen = SimpleNamespace(shaded=plane == 0, unjudged=plane > 0)
+    reference = SimpleNamespace(mean=truth, pixel_standard_error=plane)
+    quantiser = SimpleNamespace(decode=lambda raw: truth + raw)
+
+    def found(*seconds):
+        runs = [[SimpleNamespace(samples=4**k, seconds=s, raw=0.5**k)] for k, s in enumerate(seconds)]
+        return convergence(runs, quantiser, seen, reference)
+
+    assert found(1.0, 1.1, 1.6)["slope_seconds"] is None
+    assert found(1.0, 4.0, 16.0)["slope_seconds"] == pytest.approx(-0.5)
+    assert found(1.0, 1.1, 1.6)["slope_samples"] == pytest.approx(-0.5)
