@@ -118,13 +118,14 @@ def write_json(content: dict[str, Any], target: str) -> None:
 
 
 def read_json(path: Path) -> dict[str, Any]:
-    """A results file.
+    """A results file, or a folder's results.json.
 
     Raises
     ------
     InputError
         If there is none, or it is not what `schema` says: names the row, the entry and its value.
     """
+    path = path / "results.json" if path.is_dir() else path
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:

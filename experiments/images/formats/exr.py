@@ -15,7 +15,7 @@ from nusselt.renderer.vectors import Floats
 
 from . import primaries
 from .chroma import from_luminance
-from .exr_files import CHANNELS, QUOTED, Header, headers_of, opened, quiet, window
+from .exr_files import CHANNELS, MAGIC, QUOTED, Header, headers_of, opened, quiet, window
 from .layers import CHROMA, GREY, XYZ, Layer, chosen, layers_of, left_out
 from .raw import FLOAT, HALF, Format, Raw, Rounding, Wanted, refuse
 
@@ -176,4 +176,4 @@ def write_channels(path: Path, channels: Mapping[str, np.ndarray[Any, Any]], com
         raise OSError(errno.EIO, str(error).rsplit(". ", 1)[-1].rstrip(".").lower()) from error
 
 
-EXR = Format(".exr", (b"v/1\x01",), read_exr, write_exr, has_layers=True, pixel=4 * CHANNELS)
+EXR = Format(".exr", (MAGIC,), read_exr, write_exr, has_layers=True, pixel=4 * CHANNELS)

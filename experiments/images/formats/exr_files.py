@@ -15,6 +15,8 @@ from nusselt.renderer.errors import InputError
 
 from .raw import Wanted, check_size, refuse
 
+MAGIC = b"v/1\x01"
+"""First bytes of every file."""
 CHANNELS = 128
 """Most channels a file may have: each is decoded."""
 OVERSCAN = 4
@@ -58,6 +60,10 @@ def opened(path: Path, **how: bool) -> Iterator[Any]:
     """A file as OpenEXR reads it; what it raises, or should, is an `InputError`."""
     import OpenEXR
 
+    with path.open("rb") as stream:
+        first = stream.read(len(MAGIC))
+    if first != MAGIC:
+        raise refuse(path, f"a file that begins with {first!r}" if first else "empty", "a whole OpenEXR file")
     try:
         with quiet(), OpenEXR.File(str(path), **how) as file:
             yield file

@@ -267,6 +267,13 @@ def test_what_cannot_be_decoded_is_one_error_and_nothing_is_printed(tmp_path, ca
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize(("data", "told"), [(b"", "empty"), (b"hello there", "a file that begins with b'hell'")])
+def test_what_only_its_name_calls_exr_is_said_so(tmp_path, data, told):
+    (tmp_path / "a.exr").write_bytes(data)
+    with pytest.raises(InputError, match=f"{told}: expected a whole OpenEXR file"):
+        read_image(tmp_path / "a.exr", ROOM)
+
+
 def test_a_header_that_asks_for_more_than_an_image_is_refused(tmp_path):
     many = {f"L{k}.R": GREY for k in range(130)}
     with pytest.raises(InputError, match="130 channels: expected at most 128"):

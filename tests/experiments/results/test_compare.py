@@ -203,6 +203,9 @@ def test_the_command_says_it_all_and_ends_as_it_should(tmp_path, monkeypatch):
     write_json(document(simulated(np.random.default_rng(6), gain=1.3)), new)
     write_json(document([]), none)
     assert run("compare", old, old)[0] == 0
+    (tmp_path / "out").mkdir()
+    write_json(document(rows()), "out/results.json")  # a folder that `check --out` made stands for it
+    assert run("compare", old, "out")[0] == 0
     status, said, _ = run("compare", old, new)
     assert status == 1
     status, content, error = run("compare", old, new, "--json", "-")
