@@ -76,6 +76,16 @@ def test_obj_gives_its_faces_whatever_else_it_holds(tmp_path):
     np.testing.assert_array_equal(surface.triangles.T, [[0, 1, 2], [0, 2, 3], [0, 1, 2], [0, 2, 3]])
 
 
+def test_a_faces_front_is_as_its_corners_run_whatever_its_normals_say(tmp_path):
+    """Where a mesh was mirrored, exporters write the one without the other."""
+    corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 0 0 1\n"
+    for order, up in (("1//1 2//1 3//1", 1), ("3//1 2//1 1//1", -1)):
+        (tmp_path / "a.obj").write_text(f"{corners}f {order}\n")
+        surface = read_mesh_file(tmp_path / "a.obj")
+        a, b, c = surface.vertices.T[surface.triangles[:, 0]]
+        np.testing.assert_array_equal(np.cross(b - a, c - a), [0, 0, up])
+
+
 def test_a_mesh_takes_the_current_material_and_transform_and_loses_its_flat_triangles(tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "a.ply").write_bytes(ply("<", [[0, 1, 2], [0, 1, 1], [0, 2, 3]]))
