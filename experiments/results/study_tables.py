@@ -10,6 +10,7 @@ from rich.console import Group
 from rich.markup import escape
 from rich.table import Table
 
+from .rows import urgent_first
 from .schema import Row
 
 HIDDEN = ("experiment", "command", "seed", "seconds")
@@ -22,6 +23,8 @@ KEYS = 24
 """Characters at most of a column that says what a row is about; what is longer goes on below."""
 MOST_KEYS = 4
 """Columns, at most, that say it."""
+MOST_ROWS = 60
+"""Rows in a terminal; the files have all."""
 
 
 def single(rows: Sequence[Row]) -> list[Row]:
@@ -38,15 +41,25 @@ def cell(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else escape(str(value))
 
 
-def table(rows: Sequence[Row], title: str, width: int = 140) -> Group:
-    """One line a row; columns that do not fit beside the others stand in a further table, with the first ones again."""
-    shown = [name for name in dict.fromkeys(n for row in single(rows) for n in row) if name not in HIDDEN]
+def table(rows: Sequence[Row], title: str, width: int = 140, hidden: Sequence[str] = HIDDEN) -> Group:
+    """One line a row; columns that do not fit beside the others stand in a further table, with what tells rows apart.
+
+    Parameters
+    ----------
+    hidden : sequence of str
+        Entries that are not shown.
+    """
+    rows, every = urgent_first(list(rows)) if len(rows) > MOST_ROWS else rows, len(rows)
+    shown = [name for name in dict.fromkeys(n for row in single(rows) for n in row) if name not in hidden]
     columns = {name: [cell(row.get(name)) for row in rows] for name in shown}
     shared = {name: cells[0] for name, cells in columns.items() if len(rows) > 1 and len(set(cells)) == 1}
-    columns = {name: cells for name, cells in columns.items() if name not in shared}
-    below, numbered = _of_all(shared), 0
+    rows = rows[:MOST_ROWS]
+    columns = {name: cells[:MOST_ROWS] for name, cells in columns.items() if name not in shared}
+    below, numbered, keys = _of_all(shared), 0, _keys(columns)
+    if len(rows) < every:
+        below.append(f"{len(rows)} of {every} rows, what is not as claimed first; the files of --out have all")
     for name, cells in columns.items():
-        if max(map(len, cells), default=0) > LONG:
+        if name not in keys and max(map(len, cells), default=0) > LONG:
             sentences = {text: numbered + k for k, text in enumerate(dict.fromkeys(filter(None, cells)), start=1)}
             numbered += len(sentences)
             columns[name] = [f"({sentences[text]})" if text else "" for text in cells]
@@ -84,18 +97,20 @@ def _width(name: str, cells: list[str], is_number: bool) -> int:
     return GAP + max(head, longest if is_number else min(longest, KEYS))
 
 
-def _distinct(columns: list[list[str]]) -> bool:
-    """Whether no two rows have the same cells in all of some columns."""
-    rows = list(zip(*columns, strict=True))
-    return bool(columns) and len(set(rows)) == len(rows)
+def _keys(columns: dict[str, list[str]]) -> list[str]:
+    """Names of the first columns that tell rows apart, each some that those before it leave alike."""
+    keys, told = list[str](), 1
+    for name in columns:
+        kinds = len(set(zip(*(columns[key] for key in (*keys, name)), strict=True)))
+        if kinds > told and len(keys) < MOST_KEYS:
+            keys, told = [*keys, name], kinds
+    return keys or list(columns)[:1]
 
 
 def _blocks(columns: dict[str, list[str]], numbers: set[str], width: int) -> Iterator[list[str]]:
-    """Names of the columns of each table: the first, that say which row it is, stand in each."""
-    keys: list[str] = []
-    while len(keys) < min(MOST_KEYS, len(columns)) and not _distinct([columns[name] for name in keys]):
-        keys.append(list(columns)[len(keys)])
-    names = list(columns)[len(keys) :]
+    """Names of the columns of each table: those that say which row it is stand in each."""
+    keys = _keys(columns)
+    names = [name for name in columns if name not in keys]
     sizes = {name: _width(name, cells, name in numbers) for name, cells in columns.items()}
     fixed = sum(sizes[name] for name in keys)
     block, used = list(keys), fixed
