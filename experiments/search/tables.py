@@ -7,6 +7,7 @@ from typing import Any
 
 from rich.console import Group
 
+from nusselt.experiments.results.exports.markdown import table_lines
 from nusselt.experiments.results.figures import BLUE, RED, canvas
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.study_tables import table
@@ -71,12 +72,8 @@ def search_table(rows: Sequence[Row]) -> Group:
 
 
 def _markdown(rows: Sequence[Row]) -> list[str]:
-    names = list(rows[0])
-    lines = ["| " + " | ".join(name.replace("_", " ") for name in names) + " |", "|" + "---|" * len(names)]
-    for row in rows:
-        cells = [f"{v:.3g}" if isinstance(v, float) else str(v).replace("|", "/") for v in row.values()]
-        lines.append("| " + " | ".join(cells) + " |")
-    return [*lines, ""]
+    cells = ([f"{v:.3g}" if isinstance(v, float) else str(v).replace("|", "/") for v in row.values()] for row in rows)
+    return [*table_lines([name.replace("_", " ") for name in rows[0]], cells), ""]
 
 
 def search_page(rows: Sequence[Row]) -> str:

@@ -7,6 +7,7 @@ stated, and is no failure of ours.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -17,6 +18,7 @@ from rich.markup import escape
 from rich.table import Table
 from scipy import stats
 
+from nusselt.experiments.results.exports.markdown import table_lines
 from nusselt.experiments.results.figures import canvas, name_lines
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
@@ -30,6 +32,7 @@ from nusselt.renderer.vectors import Floats
 from . import cie171, factors, usdlux
 from .entry import PublicTable
 
+HEADS = ("entry", "printed", "exact", "exact over printed, less one", "estimators: largest", "Mitsuba")
 ROUNDING = 2e-6
 """Relative, of Mitsuba's float32."""
 LEVEL = 1e-6
@@ -125,15 +128,11 @@ def jobs(settings: Settings) -> list[Job]:
 def page(rows: Sequence[Row]) -> str:
     """The tables in Markdown."""
     lines = ["# Public tables of direct light", ""]
-    table = None
-    for row in rows:
-        if row["table"] != table:
-            table = row["table"]
-            lines += ["", f"## {table} ({row['source']}; {row['unit']})", ""]
-            lines += [f"{row['note'].capitalize()}.", ""] if row["note"] else []
-            lines += ["| entry | printed | exact | exact over printed, less one | estimators: largest | Mitsuba |"]
-            lines += ["|---|---|---|---|---|---|"]
-        lines.append("| " + " | ".join(_cells(row)) + " |")
+    for table, entries in itertools.groupby(rows, lambda row: row["table"]):
+        some = list(entries)
+        lines += ["", f"## {table} ({some[0]['source']}; {some[0]['unit']})", ""]
+        lines += [f"{some[0]['note'].capitalize()}.", ""] if some[0]["note"] else []
+        lines += table_lines(HEADS, map(_cells, some))
     return "\n".join(lines) + "\n"
 
 
