@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from rich import box
@@ -16,7 +16,7 @@ from .schema import Row
 HIDDEN = ("experiment", "command", "seed", "seconds")
 """The same in every row, or for machines."""
 LONG = 40
-"""Characters beyond which words stand below the table, and their number in it."""
+"""Characters beyond which words stand below the table, once, and their number in it."""
 GAP, EDGES = 3, 2
 """Between columns, and at the edges of a table."""
 KEYS = 24
@@ -59,17 +59,18 @@ def table(rows: Sequence[Row], title: str, width: int = 140, hidden: Sequence[st
     if len(rows) < every:
         below.append(f"{len(rows)} of {every} rows, what is not as claimed first; the files of --out have all")
     for name, cells in columns.items():
-        if name not in keys and max(map(len, cells), default=0) > LONG:
-            sentences = {text: numbered + k for k, text in enumerate(dict.fromkeys(filter(None, cells)), start=1)}
-            numbered += len(sentences)
-            columns[name] = [f"({sentences[text]})" if text else "" for text in cells]
-            below += [f"({number}) {text}" for text, number in sentences.items()]
+        long = dict.fromkeys(text for text in cells if len(text) > LONG and name not in keys)
+        sentences = {text: f"({number})" for number, text in enumerate(long, start=numbered + 1)}
+        numbered += len(sentences)
+        columns[name] = [sentences.get(text, text) for text in cells]
+        below += [f"{number} {text}" for text, number in sentences.items()]
     numbers = {n for n in columns if all(isinstance(row.get(n), (int, float, type(None))) for row in rows)}
     parts: list[Any] = []
-    for names in _blocks(columns, numbers, width):
+    sizes = {name: _width(name, cells, name in numbers) for name, cells in columns.items()}
+    for names in blocks(sizes, keys, width):
         found = Table(box=box.SIMPLE, title=None if parts else title)
         for name in names:
-            is_number, least = name in numbers, _width(name, columns[name], name in numbers) - GAP
+            is_number, least = name in numbers, sizes[name] - GAP
             head = name.replace("_", "\n") if is_number else _words(name)  # its cells are not to be cut: nor is it
             justify = "right" if is_number else "left"
             found.add_column(head, justify=justify, no_wrap=is_number, min_width=least, overflow="fold")  # type: ignore[arg-type]
@@ -107,14 +108,11 @@ def _keys(columns: dict[str, list[str]]) -> list[str]:
     return keys or list(columns)[:1]
 
 
-def _blocks(columns: dict[str, list[str]], numbers: set[str], width: int) -> Iterator[list[str]]:
-    """Names of the columns of each table: those that say which row it is stand in each."""
-    keys = _keys(columns)
-    names = [name for name in columns if name not in keys]
-    sizes = {name: _width(name, cells, name in numbers) for name, cells in columns.items()}
-    fixed = sum(sizes[name] for name in keys)
-    block, used = list(keys), fixed
-    for name in names:
+def blocks(sizes: Mapping[str, int], keys: Sequence[str], width: int) -> Iterator[list[str]]:
+    """Names of the columns of each table that fits beside others; ``keys``, that say which row it is, stand in each."""
+    used = fixed = sum(sizes[name] for name in keys)
+    block = list(keys)
+    for name in (name for name in sizes if name not in keys):
         if used + sizes[name] > width - EDGES and len(block) > len(keys):
             yield block
             block, used = list(keys), fixed
