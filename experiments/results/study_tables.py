@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -21,9 +22,11 @@ GAP, EDGES = 3, 2
 """Between columns, and at the edges of a table."""
 KEYS = 24
 """Characters at most of a column that says what a row is about; what is longer goes on below."""
+NUMBER = re.compile(r"([-+−><≥≤ ]*[\d.,]+(e[-+]?\d+)?( ?%)?)?|inf|nan")
+"""Cells that are set to the right, and never broken."""
 MOST_KEYS = 4
 """Columns, at most, that say it."""
-MOST_ROWS = 60
+MOST_ROWS = 100
 """Rows in a terminal; the files have all."""
 
 
@@ -41,13 +44,15 @@ def cell(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else escape(str(value))
 
 
-def table(rows: Sequence[Row], title: str, width: int = 140, hidden: Sequence[str] = HIDDEN) -> Group:
+def table(rows: Sequence[Row], title: str, width: int, *, hidden: Sequence[str] = HIDDEN, caption: str = "") -> Group:
     """One line a row; columns that do not fit beside the others stand in a further table, with what tells rows apart.
 
     Parameters
     ----------
     hidden : sequence of str
         Entries that are not shown.
+    caption : str
+        A sentence below.
     """
     rows, every = urgent_first(list(rows)) if len(rows) > MOST_ROWS else rows, len(rows)
     shown = [name for name in dict.fromkeys(n for row in single(rows) for n in row) if name not in hidden]
@@ -64,7 +69,7 @@ def table(rows: Sequence[Row], title: str, width: int = 140, hidden: Sequence[st
         numbered += len(sentences)
         columns[name] = [sentences.get(text, text) for text in cells]
         below += [f"{number} {text}" for text, number in sentences.items()]
-    numbers = {n for n in columns if all(isinstance(row.get(n), (int, float, type(None))) for row in rows)}
+    numbers = {name for name, cells in columns.items() if all(map(NUMBER.fullmatch, cells))}
     parts: list[Any] = []
     sizes = {name: _width(name, cells, name in numbers) for name, cells in columns.items()}
     for names in blocks(sizes, keys, width):
@@ -78,7 +83,7 @@ def table(rows: Sequence[Row], title: str, width: int = 140, hidden: Sequence[st
             style = "red" if row.get("as_claimed") is False else None
             found.add_row(*(columns[name][number] for name in names), style=style)
         parts.append(found)
-    return Group(*parts, *below)
+    return Group(*parts, *below, *filter(None, [caption]))
 
 
 def _of_all(shared: dict[str, str]) -> list[str]:

@@ -108,9 +108,10 @@ VERBS = {
     "agrees": ("agrees", "agree"),
     "differs": ("differs", "differ"),
     "undecided": ("is undecided", "are undecided"),
-    "differs as claimed": ("differs as claimed", "differ as claimed"),
 }
 """Of one row, and of several."""
+ADMITTED = {"differs as claimed": ("differs as claimed", "differ as claimed")}
+"""The same of what claims no more."""
 NAMED = 6
 """Rows of a kind that are named, at most; of further ones the number is."""
 
@@ -119,7 +120,8 @@ def closing(rows: list[Row]) -> str:
     """One line for all of it: "14 of 16 agree; glossy area 25 differs; cornell exact is undecided"."""
     if not rows:
         return "nothing could be judged"
-    names: dict[str, list[str]] = {word: [] for word in VERBS}
+    verbs = VERBS | ADMITTED
+    names: dict[str, list[str]] = {word: [] for word in verbs}
     for row in rows:
         admitted = row["verdict"] == "differs" and row["as_claimed"]
         names["differs as claimed" if admitted else row["verdict"]].append(title(row))
@@ -127,7 +129,7 @@ def closing(rows: list[Row]) -> str:
     parts = [f"{number} of {len(rows)} {VERBS['agrees'][number != 1]}"]
     for word, some in names.items():
         more = f" and {len(some) - NAMED} more" if len(some) > NAMED else ""
-        parts += [f"{', '.join(some[:NAMED])}{more} {VERBS[word][len(some) > 1]}"] if some else []
+        parts += [f"{', '.join(some[:NAMED])}{more} {verbs[word][len(some) > 1]}"] if some else []
     return "; ".join(parts)
 
 

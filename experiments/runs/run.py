@@ -171,7 +171,7 @@ def _object(rows: list[Row], told: Console) -> None:
 def _table(rows: list[Row], experiment: Experiment, width: int) -> RenderableType:
     """As the experiment wants it; else verdicts as `nusselt check` shows them, and other rows as they are."""
     if experiment.table:
-        found: RenderableType = experiment.table(rows)
+        found: RenderableType = experiment.table(rows, width)
         return found
     if rows and all("bias_interval" in row for row in rows):
         return verdict_table(rows, Level().alpha, width)

@@ -62,12 +62,16 @@ def summary(rows: Sequence[Row]) -> str:
     )
 
 
-def search_table(rows: Sequence[Row]) -> Group:
+def search_table(rows: Sequence[Row], width: int) -> Group:
     """For the terminal."""
-    parts: list[Any] = [table(by_kind(rows), "Kinds of scenes"), table(by_check(rows), "Twins and referees")]
+    parts: list[Any] = [
+        table(by_kind(rows), "Kinds of scenes", width),
+        table(by_check(rows), "Twins and referees", width),
+    ]
     if some := failures(rows):
         brief = [{k: f[k] for k in ("scene", "check", "what", "pixel", "difference", "ratio", "points")} for f in some]
-        parts.append(table(brief[:SHOWN], f"Failures, {min(SHOWN, len(some))} of {len(some)}, the largest first"))
+        title = f"Failures, {min(SHOWN, len(some))} of {len(some)}, the largest first"
+        parts.append(table(brief[:SHOWN], title, width))
     return Group(*parts, summary(rows))
 
 
