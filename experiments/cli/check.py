@@ -140,7 +140,7 @@ def command(
 
     \b
     nusselt check quad cornell --out out
-    nusselt check my.test --estimator area --estimator my_module:Mine --margin 0.0005 --json -
+    nusselt check my.test --estimator area --estimator my_module:Mine --json -
     nusselt check quad-stratified mine-1.png mine-2.png
     nusselt check my.test --renderer "./mine {scene} {samples} {seed} {output}"
 

@@ -40,8 +40,8 @@ def command(*, scenes: tuple[str, ...], reading: Reading, target: str | None, al
 
     \b
     sensor x y z  nx ny nz                       a point, and its lit side
-    sensorGrid corner ab ac  nx ny nz  nab nac   the middles of a parallelogram's cells
-    expect r g b percent                         what the last sensor should read, and how well that is known
+    sensorGrid corner ab ac  nx ny nz  nab nac   middles of a plate's cells
+    expect r g b percent                         what the last one should read
     """
     question = SensorQuestion(alpha=alpha / len(scenes), **asked)  # type: ignore[arg-type]
     rows: list[Row] = []

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from nusselt.experiments.results.tables import say
+
 ERRORS = Console(stderr=True, highlight=False)
 Report = Callable[[str, int, int], None]
 LONG = 10.0
@@ -71,6 +73,6 @@ def progress_bar(title: str) -> Iterator[Report]:
         def report(stage: str, done: int, total: int) -> None:
             bar.update(task, description=f"{title}: {stage}", completed=done, total=total)
             if line := forecast(stage, done, total):
-                bar.console.print(f"{title}: {line}", markup=False, soft_wrap=True)
+                say(bar.console, f"{title}: {line}")
 
         yield report
