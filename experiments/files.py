@@ -63,5 +63,5 @@ def check_place(name: str, path: Path, folder: bool = False) -> None:
 
 
 def folder_name(name: str) -> str:
-    """A scene's name as that of a folder of its own: it leads nowhere else."""
-    return re.sub(r"^\.+|[/\\\0]", "_", name) or "_"
+    """A scene's name as that of a folder of its own: it leads nowhere else, and CI's artifacts take it."""
+    return re.sub(r"^\.+|[/\\\0\":<>|*?\r\n]", "_", name) or "_"

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from nusselt.renderer.errors import InputError, WorkerLost
@@ -32,17 +33,20 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _begin() -> None:
+def _begin(end: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears Ctrl-C and ends the pool
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_with_parent, args=(end,), daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    """A worker whose parent was killed would wait for work for ever: it holds both ends of the pipe itself."""
+def _end_with_parent(end: Connection) -> None:
+    """A worker whose parent was killed, or has had enough, ends at once, whatever it is at.
+
+    It would wait for work for ever: it holds both ends of its pipe of work itself. Of this one the parent alone has the
+    other end.
+    """
     parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+    wait([end] if parent is None else [end, parent.sentinel])
+    os._exit(1)
 
 
 def _cancel(outer: Future[Any]) -> None:
@@ -71,11 +75,12 @@ class SturdyPool(Executor):
 
     def __init__(self, count: int) -> None:
         self._count, self._lock, self._deaths, self._ended = count, threading.Lock(), 0, False
+        self._heard, self._end = multiprocessing.get_context("spawn").Pipe(duplex=False)
         self._pool = self._start()
 
     def _start(self) -> ProcessPoolExecutor:
         context = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(self._count, mp_context=context, initializer=_begin)
+        return ProcessPoolExecutor(self._count, mp_context=context, initializer=_begin, initargs=(self._heard,))
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Schedule a call; it must give the same result when it is made twice."""
@@ -125,6 +130,13 @@ class SturdyPool(Executor):
         with self._lock:
             self._ended = True
         self._pool.shutdown(wait=wait, cancel_futures=cancel_futures)
+
+    def stop(self) -> None:
+        """End the workers now: what they are at is lost."""
+        with self._lock:
+            self._ended = True
+        self._end.close()
+        self._pool.shutdown(wait=True, cancel_futures=True)
 
 
 @contextmanager
@@ -196,6 +208,11 @@ class PatientPool(Executor):
         if self._pool is not None:
             self._pool.shutdown(wait=wait, cancel_futures=cancel_futures)
 
+    def stop(self) -> None:
+        """End the workers now, if there are any."""
+        if self._pool is not None:
+            self._pool.stop()
+
 
 def _made_here(fn: Callable[..., Any], args: tuple[Any, ...], kwargs: dict[str, Any]) -> Future[Any]:
     future: Future[Any] = Future()
@@ -228,5 +245,7 @@ def worker_pool(address: str | None = None, patience: float = 0.0) -> Iterator[E
     pool = PatientPool(count, patience)
     try:
         yield pool
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+    except BaseException:  # nobody waits for what the workers are at, which may take minutes
+        pool.stop()
+        raise
+    pool.shutdown(wait=True, cancel_futures=True)

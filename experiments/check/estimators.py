@@ -66,6 +66,13 @@ def path_of(kind: type) -> str:
     return f"{kind.__module__}:{kind.__qualname__}"
 
 
+def told_name(estimator: Estimator) -> str:
+    """An estimator's name; where somebody's class goes by one of ours, what it is imported by."""
+    kind = type(estimator)
+    taken = kind not in ESTIMATORS and any(kind.name == ours.name for ours in ESTIMATORS)
+    return path_of(kind) if taken else estimator.name
+
+
 def estimator_at(path: str, samples: int, stratified: bool) -> Estimator:
     """The estimator at a path with N samples per light.
 

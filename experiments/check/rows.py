@@ -21,6 +21,8 @@ from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.words import count
 
+from .estimators import told_name
+
 
 def as_claimed(claim: Claim, verdict: str, broken: bool) -> bool | None:
     """Whether a verdict fits what the estimator says of itself; None where it is undecided.
@@ -49,7 +51,7 @@ def head_of(
     needs = prepare(scene).needs
     return {
         "scene": scene.name,
-        "estimator": estimator.name,
+        "estimator": told_name(estimator),
         "claim": estimator.claim(needs),
         "samples": estimator.samples,
         "stratified": estimator.stratified,

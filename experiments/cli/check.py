@@ -27,7 +27,7 @@ from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.pictures import write_pictures
 from nusselt.experiments.results.rows import title
 from nusselt.experiments.results.schema import Row
-from nusselt.experiments.results.tables import closing, console, left_out_table, verdict_table
+from nusselt.experiments.results.tables import closing, console, left_out_table, say, say_command, verdict_table
 from nusselt.experiments.scenes import catalogue
 from nusselt.experiments.scenes.catalogue import Asked
 from nusselt.experiments.terminal.options import (
@@ -140,7 +140,7 @@ def command(
 
     \b
     nusselt check quad cornell --out out
-    nusselt check my.test --estimator area --estimator my_module:Mine --margin 0.0005 --json -
+    nusselt check my.test --estimator area --estimator my_module:Mine --json -
     nusselt check quad-stratified mine-1.png mine-2.png
     nusselt check my.test --renderer "./mine {scene} {samples} {seed} {output}"
 
@@ -225,10 +225,11 @@ def _tell(rows: list[Row], alpha: float, verbose: bool, table: Console) -> None:
         table.print(left_out_table(rows))
     else:
         number = sum(len(row["left_out"]) for row in rows)
-        table.print(f"{count(number, 'thing')} left out, which no scene here needs; -v lists what and why")
+        say(table, f"{count(number, 'thing')} left out, which no scene here needs; -v lists what and why")
     for row in rows:
         if row["verdict"] != "agrees":
-            table.print(f"{title(row)} {row['verdict']}: {row['reason']}\n  again: {row['command']}", markup=False)
-        for warning in row["warnings"]:
-            table.print(f"{row['scene']}: warning: {warning}", markup=False)
-    table.print(closing(rows), markup=False)
+            say(table, f"{title(row)} {row['verdict']}: {row['reason']}")
+            say_command(table, f"  again: {row['command']}")
+    for said in dict.fromkeys(f"{row['scene']}: warning: {warning}" for row in rows for warning in row["warnings"]):
+        say(table, said)
+    say(table, closing(rows))

@@ -25,7 +25,7 @@ def command(baseline: Path, results: tuple[Path, ...], alpha: float, **files: Pa
     Of more runs than two, the oldest first, the one in which each figure changed.
 
     \b
-    nusselt compare baseline.json out/results.json --summary changes.md --junit changes.xml
+    nusselt compare baseline.json out/results.json --summary changes.md
     nusselt compare 2026-10.json 2026-11.json 2026-12.json
     """
     found = compare(baseline, *results, alpha=alpha)

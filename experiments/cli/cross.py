@@ -20,12 +20,12 @@ from nusselt.experiments.peers.entrant import Effort
 from nusselt.experiments.peers.page import write_cross
 from nusselt.experiments.peers.peer import Peer
 from nusselt.experiments.peers.renderers import PEERS, peer_of
-from nusselt.experiments.peers.tables import departures_table, matrix_table, times_table
+from nusselt.experiments.peers.tables import departures_table, matrix_table, times_table, without
 from nusselt.experiments.peers.task import Brought, Task, run_cross
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.store import Store
-from nusselt.experiments.results.tables import console
+from nusselt.experiments.results.tables import console, say
 from nusselt.experiments.scenes.sizes import at_width
 from nusselt.experiments.terminal.group import stop
 from nusselt.experiments.terminal.options import Output, output_options, reading_options, seed_option, together
@@ -156,17 +156,17 @@ def _run(scenes: list[Scene], files: Sequence[str | None], task: Task, output: O
                     stop(str(problem), 1)
             rows = _save(crosses, task, output, again, last=len(crosses) == len(scenes))
     for cross in crosses:
-        told.print(matrix_table(cross))
+        told.print(matrix_table(cross, told.width))
         for sentence in cross.findings.said:
-            told.print(f"{cross.scene.name}: {sentence}", markup=False, soft_wrap=True)
-        for peer, why in cross.missing.items():
-            told.print(f"{cross.scene.name}: without {peer}: {why}", markup=False, soft_wrap=True)
+            say(told, f"{cross.scene.name}: {sentence}")
+    for sentence in without(crosses):
+        say(told, sentence)
     if task.measure_departures:
-        told.print(departures_table(crosses))
+        told.print(departures_table(crosses, told.width))
     for cross in crosses:
         if cross.times:
-            told.print(times_table(cross.scene.name, cross.times))
+            told.print(times_table(cross.scene.name, cross.times, told.width))
             for (name, rule), why in cross.times.failed.items():
-                told.print(f"{cross.scene.name}: times of {name}, {rule}, end: {why}", markup=False, soft_wrap=True)
-    told.print(headline([cross.findings for cross in crosses]), markup=False)
+                say(told, f"{cross.scene.name}: times of {name}, {rule}, end: {why}")
+    say(told, headline([cross.findings for cross in crosses]))
     return exit_code([row for row in rows if "as_claimed" in row])

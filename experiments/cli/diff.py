@@ -36,7 +36,7 @@ def command(
 
     \b
     nusselt diff mine.exr theirs.exr -o diff.html
-    nusselt diff mine-1.exr theirs-1.exr --seeds mine-2.exr theirs-2.exr -o diff.html
+    nusselt diff a1.exr b1.exr --seeds a2.exr b2.exr -o diff.html
     """
     names = [name for both in ((a, b), *seeds) for name in both]
     raws = _read(names)

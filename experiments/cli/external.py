@@ -22,7 +22,7 @@ from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.status import EXIT
-from nusselt.experiments.results.tables import closing, console
+from nusselt.experiments.results.tables import closing, console, say
 from nusselt.experiments.terminal.options import Exports, Output
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.workers import PATIENCE, worker_pool
@@ -100,7 +100,7 @@ def run_external(task: ExternalCheck, said: Mapping[str, object], command: click
                 try:
                     told = _judged(scene, word, task, judging)
                 except ProgramFailed as problem:
-                    console(stderr=True).print(f"nusselt: {scene.name}: {problem}", markup=False, soft_wrap=True)
+                    say(console(stderr=True), f"nusselt: {scene.name}: {problem}")
                     failed.append(scene.name)
                     continue
             if task.output.out:
@@ -112,7 +112,7 @@ def run_external(task: ExternalCheck, said: Mapping[str, object], command: click
         write_json(document(rows, alpha=task.question.level.alpha), "-")
     if len(scenes) > 1:
         lost = f"; {', '.join(failed)} could not be drawn" if failed else ""
-        table.print(f"{closing(rows)}{lost}", markup=False)
+        say(table, f"{closing(rows)}{lost}")
     return EXIT["not as claimed"] if failed else exit_code(rows)
 
 

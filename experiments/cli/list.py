@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from nusselt.experiments.results.tables import console
 from nusselt.experiments.scenes import catalogue
 from nusselt.experiments.scenes.procedural import GENERATED
 from nusselt.experiments.studies.suite import EXPERIMENTS
@@ -13,12 +14,13 @@ from nusselt.renderer.estimators import ESTIMATORS
 @click.command(name="list")
 def command() -> None:
     """Scenes, estimators and experiments, one line each."""
-    click.echo("scenes")
-    for name in (*catalogue.CLASSIC, *GENERATED):
-        click.echo(f"  {name:18} {catalogue.summary(name)}")
-    click.echo("estimators")
-    for kind in ESTIMATORS:
-        click.echo(f"  {kind.name:18} {kind.summary}")
-    click.echo("experiments")
-    for experiment in EXPERIMENTS:
-        click.echo(f"  {experiment.name:20} {experiment.summary}")
+    lists = {
+        "scenes": {name: catalogue.summary(name) for name in (*catalogue.CLASSIC, *GENERATED)},
+        "estimators": {kind.name: kind.summary for kind in ESTIMATORS},
+        "experiments": {experiment.name: experiment.summary for experiment in EXPERIMENTS},
+    }
+    page = click.HelpFormatter(width=console().width)
+    for kind, entries in lists.items():
+        with page.section(kind):
+            page.write_dl(list(entries.items()))
+    click.echo(page.getvalue().strip())

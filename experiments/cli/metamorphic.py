@@ -16,7 +16,7 @@ from nusselt.experiments.metamorphic.table import relation_table, sentences
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.status import EXIT
-from nusselt.experiments.results.tables import console
+from nusselt.experiments.results.tables import console, say
 from nusselt.experiments.terminal.group import stop
 from nusselt.experiments.terminal.options import (
     Exports,
@@ -89,7 +89,7 @@ def command(
         write_json(results, output.results)
     write_exports(results, dataclasses.asdict(exports))
     told = console(stderr=output.target == "-")
-    told.print(relation_table(rows, asking.alpha))
+    told.print(relation_table(rows, asking.alpha, told.width))
     for line in sentences(rows):
-        told.print(line, markup=False, soft_wrap=True)
+        say(told, line)
     sys.exit(exit_code([row for row in rows if "as_claimed" in row]))

@@ -40,7 +40,8 @@ def command(context: click.Context, environments: Path | None) -> None:
     """
     context.obj = environments_in(environments)
     if context.invoked_subcommand is None:
-        console().print(peers_table(PEERS, context.obj))
+        told = console()
+        told.print(peers_table(PEERS, context.obj, told.width))
 
 
 @command.command()

@@ -12,7 +12,8 @@ from nusselt.experiments.check.question import MOST_SAMPLES
 from nusselt.experiments.check.request import Reading
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.schema import Row
-from nusselt.experiments.results.tables import console
+from nusselt.experiments.results.summary import VERDICTS
+from nusselt.experiments.results.tables import console, say
 from nusselt.experiments.sensors.question import SensorQuestion
 from nusselt.experiments.sensors.rows import read
 from nusselt.experiments.sensors.table import sensor_table
@@ -39,8 +40,8 @@ def command(*, scenes: tuple[str, ...], reading: Reading, target: str | None, al
 
     \b
     sensor x y z  nx ny nz                       a point, and its lit side
-    sensorGrid corner ab ac  nx ny nz  nab nac   the middles of a parallelogram's cells
-    expect r g b percent                         what the last sensor should read, and how well that is known
+    sensorGrid corner ab ac  nx ny nz  nab nac   middles of a plate's cells
+    expect r g b percent                         what the last one should read
     """
     question = SensorQuestion(alpha=alpha / len(scenes), **asked)  # type: ignore[arg-type]
     rows: list[Row] = []
@@ -53,14 +54,15 @@ def command(*, scenes: tuple[str, ...], reading: Reading, target: str | None, al
     if target:
         write_json(document(rows, seed=question.seed, alpha=alpha), target)
     told = console(stderr=target == "-")
-    told.print(sensor_table(rows))
+    told.print(sensor_table(rows, told.width))
     for row in rows:
         if row.get("verdict", "agrees") != "agrees":
-            told.print(f"{row['scene']}, sensor {row['sensor']}: {row['reason']}", markup=False)
+            say(told, f"{row['scene']}, sensor {row['sensor']} {row['verdict']}: {row['reason']}")
     for warning in dict.fromkeys(warning for row in rows for warning in row["warnings"]):
-        told.print(f"warning: {warning}", markup=False)
-    words = Counter(row.get("verdict", "not judged") for row in rows)
-    told.print(f"{count(len(rows), 'sensor')}: " + ", ".join(f"{number} {word}" for word, number in words.items()))
+        say(told, f"warning: {warning}")
     for problem in sorted({note for row in rows for note in row.get("reference", {}).get("notes", ())}):
-        told.print(f"Mitsuba: {problem}", markup=False)
+        say(told, f"Mitsuba: {problem}")
+    words = Counter(row.get("verdict", "not judged") for row in rows)
+    each = ", ".join(f"{number} {word if number == 1 else VERDICTS.get(word, word)}" for word, number in words.items())
+    say(told, f"{count(len(rows), 'sensor')}: {each}")
     sys.exit(exit_code([row for row in rows if "as_claimed" in row]) if any("as_claimed" in row for row in rows) else 0)

@@ -17,7 +17,7 @@ from rich.table import Table
 
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.status import EXIT
-from nusselt.experiments.results.tables import console
+from nusselt.experiments.results.tables import console, say
 from nusselt.experiments.runs.experiment import Settings
 from nusselt.experiments.runs.run import Request, run_one
 from nusselt.experiments.studies.stability.study import STABILITY, file_jobs
@@ -94,4 +94,4 @@ def show(rows: Sequence[Row], told: Console) -> None:
         found.add_row(*cells[: len(heads)], style=None if row["bound_held"] else "red")
     told.print(found)
     broken = count(sum(not row["bound_held"] for row in rows), "bound")
-    told.print(f"{count(len(rows), 'row')}, {min(SHOWN, len(rows))} shown; {broken} violated or values not finite")
+    say(told, f"{count(len(rows), 'row')}, {min(SHOWN, len(rows))} shown; {broken} violated or values not finite")

@@ -19,7 +19,7 @@ from nusselt.experiments.verdict.alike import Alike
 from nusselt.experiments.verdict.evidence import CHANCE
 from nusselt.experiments.verdict.judge import NoiseWord, Verdict
 from nusselt.mitsuba_bridge.reference import Reference
-from nusselt.renderer.estimators import Estimator
+from nusselt.renderer.estimators import Area, Estimator
 from nusselt.renderer.image import Image
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
@@ -168,7 +168,8 @@ def _warnings(scene: Scene, brought: Brought, shown: Against, estimator: Estimat
             "it, and only then is its variance judged"
         )
     elif shown.verdict.noise_word in ("noisier", "quieter"):
-        found.append(f"the expected variance is that of our {described(estimator)} (--estimator, --samples)")
+        noisy = estimator if shown.noise.least else Area(samples=estimator.samples)
+        found.append(f"the expected variance is that of our {described(noisy)} (--estimator, --samples)")
     if sides.saturated:
         found.append(f"{sides.saturated} shaded pixels can be cut off at the top of the range: masked, not judged")
     if shown.quantiser.top and not brought.rule_given:

@@ -17,6 +17,7 @@ from nusselt.renderer.prepared import prepare
 from nusselt.renderer.radiance import reflected
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
+from nusselt.renderer.words import count
 
 from .diagnosis.probe import LOOK, Probe, Sight
 
@@ -59,7 +60,8 @@ def supposed_sampling(scene: Scene, question: Question) -> tuple[Estimator, int]
 
 def described(estimator: Estimator) -> str:
     """An estimator's name and samples."""
-    return f"{estimator.name}, {estimator.samples} {'stratified ' if estimator.stratified else ''}samples per light"
+    kind = "stratified sample" if estimator.stratified else "sample"
+    return f"{estimator.name}, {count(estimator.samples, kind)} per light"
 
 
 def own_renders(scene: Scene, estimator: Estimator, rays: int, seed: int = 1) -> Renders:

@@ -9,7 +9,16 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from nusselt.experiments.results.tables import COLOURS
+from nusselt.experiments.results.rows import method
+from nusselt.experiments.results.tables import COLOURS, say, say_command
+
+FOUND = {
+    "bias": "a bias of {}",
+    "contrast": "a contrast of {}",
+    "rms": "an RMS of {}",
+    "pixel": "{} in one pixel alone, at half of the pixels",
+}
+"""What is said to be found, by its name in a row."""
 
 
 def _score(value: float) -> str:
@@ -19,23 +28,25 @@ def _score(value: float) -> str:
 
 def tell(row: dict[str, Any], table: Console) -> None:
     """Print one row."""
-    from rich.markup import escape
-
     reference = row["reference"]
     images = f"{row['passes']} different image{'s' if row['passes'] > 1 else ''}"
-    table.print(f"[bold]{escape(row['scene'])}[/]: {images} against {escape(reference['notes'][0])}")
-    colour = COLOURS[row["verdict"]]
-    table.print(f"[{colour}]{row['verdict']}[/]: {escape(row['reason'])}", soft_wrap=True)
-    table.print(_power(row), soft_wrap=True)
-    for name, low_high in row["course_expected"].items():
+    say(table, f"{row['scene']}: {images} against {reference['notes'][0]}", style="bold")
+    say(table, f"{row['verdict']}: {row['reason']}", style=COLOURS[row["verdict"]])
+    say(table, _power(row))
+    for name, (low, high) in row["course_expected"].items():
         scores = ", ".join(_score(score[name]) for score in row["course_scores"])
         kind = "course bias" if name == "bias" else 'course "variance"'
-        table.print(f"{kind:18} {scores}   (a right one here: {low_high[0]:.2f} to {low_high[1]:.2f})")
+        table.print(f"{kind:18} {scores}   (our {_compared(row)}: {low:.2f} to {high:.2f})", markup=False)
     _tell_mistakes(row, table)
     _tell_convergence(row, table)
     for warning in row["warnings"]:
-        table.print(f"note: {warning}", markup=False, soft_wrap=True)
-    table.print(f"again: {row['command']}", markup=False, soft_wrap=True)
+        say(table, f"note: {warning}")
+    say_command(table, f"again: {row['command']}")
+
+
+def _compared(row: dict[str, Any]) -> str:
+    """The estimator whose image is set beside."""
+    return method({**row, "estimator": row["compared_estimator"]})
 
 
 def _tell_mistakes(row: dict[str, Any], table: Console) -> None:
@@ -43,18 +54,18 @@ def _tell_mistakes(row: dict[str, Any], table: Console) -> None:
         return
     mistakes = row["likely_mistakes"]
     if row["non_finite"]:
-        table.print("look: 0 / 0, a root of less than 0, a vector of no length, an overflow", soft_wrap=True)
+        say(table, "look: 0 / 0, a root of less than 0, a vector of no length, an overflow")
     elif not mistakes:
-        table.print("it looks like none of the mistakes that are known here")
+        say(table, "it looks like none of the mistakes that are known here")
     for number, mistake in enumerate(mistakes):
         start = "it looks like" if number == 0 else "or, no worse,"
         share = f"{mistake['explained']:.1%} of the difference beyond noise"
-        table.print(f"{start} {mistake['name']}: {mistake['detail']} ({share})", markup=False, soft_wrap=True)
+        say(table, f"{start} {mistake['name']}: {mistake['detail']} ({share})")
     if mistakes:
-        table.print(f"look: {mistakes[0]['hint']}", markup=False, soft_wrap=True)
-        table.print(f"a right image would be named so wrongly in at most {mistakes[0]['named_wrongly']:.0%} of cases")
+        say(table, f"look: {mistakes[0]['hint']}")
+        say(table, f"a right image would be named so wrongly in at most {mistakes[0]['named_wrongly']:.0%} of cases")
     for place in row["where"]:
-        table.print(f"where: {place}", markup=False, soft_wrap=True)
+        say(table, f"where: {place}")
 
 
 def _tell_convergence(row: dict[str, Any], table: Console) -> None:
@@ -74,16 +85,15 @@ def _tell_convergence(row: dict[str, Any], table: Console) -> None:
     table.print(found)
     for name in ("samples", "seconds") if len(told["rows"]) > 1 else ():
         value = told[f"slope_{name}"]
-        table.print(f"RMS falls as {name} to the power {'unknown' if value is None else f'{value:+.2f}'}")
+        say(table, f"RMS falls as {name} to the power {'unknown' if value is None else f'{value:+.2f}'}")
 
 
 def _power(row: dict[str, Any]) -> str:
     """What would have been found: the bias, and what else there is a rule for."""
     if not row["pixels"]["shaded"]:
         return "it finds nothing: no pixel of a surface can be judged"
-    names = {"bias": "a bias", "contrast": "a contrast", "rms": "an RMS", "pixel": "a pixel, as half of them are,"}
     sizes = {"bias": row["minimum_detectable_bias"], **row["finds"]}
-    known = {names[name]: size for name, size in sizes.items() if name in names and size is not None}
-    least = ", ".join(f"{what} of {size:.2%}" for what, size in known.items() if size < 1)
-    blind = " and ".join(what.split()[1].strip(",") for what, size in known.items() if size >= 1)
+    known = {name: size for name, size in sizes.items() if name in FOUND and size is not None}
+    least = ", ".join(FOUND[name].format(f"{size:.2%}") for name, size in known.items() if size < 1)
+    blind = " and ".join(name.replace("rms", "RMS") for name, size in known.items() if size >= 1)
     return f"it finds, with 99 % power: {', '.join(filter(None, (least, blind and f'no {blind} below 100 %')))}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -17,6 +18,8 @@ EPSILON = 0.01
 """Added to the square of the reference: Rousselle et al. 2011, and pbrt's `imgtool`."""
 WINDOW = 7
 """Side of the window of the structural similarity, in pixels."""
+Pixels = np.ndarray[Any, np.dtype[np.float32]]
+"""An image (h, w, 3), as FLIP takes it."""
 NEIGHBOURS = 3
 """Side of the squares of pixels over which a variance that two seeds tell is averaged."""
 
@@ -97,17 +100,42 @@ def similarity(pair: Pair) -> float | None:
     return float(structural_similarity(a, b, channel_axis=0, win_size=WINDOW))
 
 
-def flip(pair: Pair) -> float | None:
-    """Mean FLIP (Andersson et al. 2020; of radiance HDR-FLIP, 2021); None where its package is not there."""
+def flip(pair: Pair) -> tuple[float, str] | None:
+    """Mean FLIP (Andersson et al. 2020; of radiance HDR-FLIP, 2021) and its kind; None where its package is not there.
+
+    Both are of linear values as sRGB shows them, at 67 pixels a degree; pixels that are not finite are alike.
+    """
     try:
         evaluate = import_module("flip_evaluator").evaluate
     except ImportError:
         return None
-    test, reference = (_for_flip(side, pair.levels) for side in pair.means)
-    _, mean, _ = evaluate(reference, test, "LDR" if pair.levels else "HDR", inputsRGB=False, applyMagma=False)
-    return float(mean)
+    test, reference = (_for_flip(side, pair) for side in pair.means)
+    if pair.levels:
+        kind, told = "LDR-FLIP", evaluate(reference, test, "LDR", inputsRGB=False, applyMagma=False)
+    elif not (reference.any() or test.any()):
+        return 0.0, "HDR-FLIP"
+    else:
+        exposures = _exposures(evaluate, reference, test)
+        kind = "HDR-FLIP at exposures of what shows light" if exposures else "HDR-FLIP"
+        told = evaluate(reference, test, "HDR", inputsRGB=False, applyMagma=False, parameters=exposures)
+    return float(told[1]), kind
 
 
-def _for_flip(side: Floats, levels: bool) -> np.ndarray[Any, np.dtype[np.float32]]:
-    radiance = np.nan_to_num(side, nan=0.0, posinf=0.0, neginf=0.0).clip(0, 1 if levels else None)
+def _exposures(evaluate: Callable[..., Any], reference: Pixels, test: Pixels) -> dict[str, float]:
+    """Those HDR-FLIP gives the pixels that show light, where most of the reference show none; else it finds its own.
+
+    It raises its exposure until the median is bright: of a median of 0 by 2^24, at which nothing is dark enough. It is
+    asked about light alone.
+    """
+    lit = reference.max(axis=2) > 0
+    if 2 * lit.sum() >= lit.size:
+        return {}
+    light = reference[lit] if lit.any() else test[test.max(axis=2) > 0]
+    some = np.ascontiguousarray(light[None])
+    told = evaluate(some, some, "HDR", inputsRGB=False, applyMagma=False)[2]
+    return {name: told[name] for name in ("startExposure", "stopExposure", "numExposures")}
+
+
+def _for_flip(side: Floats, pair: Pair) -> Pixels:
+    radiance = np.where(pair.finite, side, 0.0).clip(0, 1 if pair.levels else None)
     return np.ascontiguousarray(radiance.transpose(1, 2, 0), dtype=np.float32)

@@ -4,34 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rich import box
-from rich.markup import escape
-from rich.table import Table
+from rich.console import Group
 
 from nusselt.experiments.results.rows import percent, urgent_first
 from nusselt.experiments.results.schema import Row
-from nusselt.experiments.results.tables import COLOURS, VERBS
+from nusselt.experiments.results.study_tables import table
+from nusselt.experiments.results.tables import VERBS
 from nusselt.renderer.words import count
 
 
-def relation_table(rows: Sequence[Row], alpha: float) -> Table:
+def relation_table(rows: Sequence[Row], alpha: float, width: int) -> Group:
     """A line a relation, what is broken first; those that a scene does not have are counted."""
-    judged = [row for row in rows if "verdict" in row]
-    table = Table(
-        box=box.SIMPLE,
-        title="What right images keep, without a reference",
-        caption=f"seen: the difference from what is expected, in % of its mean; false-alarm rate {alpha:g} for the "
-        "whole table.",
-    )
-    for name in ("scene", "relation", "expected", "seen", "verdict", "likely"):
-        table.add_column(name, overflow="fold")
-    for row in urgent_first(judged):
-        seen = " to ".join(percent(end, 2, sign=True, unit="") for end in row.get("bias_interval", ()))
-        likely = row["likely"] if row["verdict"] == "differs" else ""
-        cells = [row["scene"], row["method"], row["expects"], seen.replace("−", "-")]
-        word = f"[{COLOURS[row['verdict']]}]{row['verdict']}[/]"
-        table.add_row(*map(escape, cells), word, escape(likely))
-    return table
+    lines = [
+        {
+            **{"scene": row["scene"], "relation": row["method"], "verdict": row["verdict"]},
+            "seen": " to ".join(percent(end, 2, sign=True, unit="") for end in row.get("bias_interval", ())),
+            **{"expected": row["expects"], "likely": row["likely"] if row["verdict"] == "differs" else ""},
+            "as_claimed": row["as_claimed"],
+        }
+        for row in urgent_first([row for row in rows if "verdict" in row])
+    ]
+    caption = "seen: the difference from what is expected, in % of its mean; false-alarm rate "
+    caption += f"{alpha:g} for the whole table."
+    title = "What right images keep, without a reference"
+    return table(lines, title, width, hidden=("as_claimed",), caption=caption)
 
 
 def sentences(rows: Sequence[Row]) -> list[str]:

@@ -111,7 +111,7 @@ def _not_wrong(names: Sequence[str], exact: Mapping[str, Difference]) -> list[st
         finest = percent(min(exact[name].finds for name in agree))
         said.append(
             f"{_and(agree)} {_s('agrees', agree)} with the exact image, within noise and what the method allows; the "
-            f"finest would have shown {finest}"
+            f"smallest bias that would have been found: {finest}"
         )
     if noisy:
         would = ", ".join(f"{name} {percent(exact[name].finds)}" for name in noisy)

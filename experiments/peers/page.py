@@ -21,7 +21,7 @@ from nusselt.experiments.results.report.offline import asset, template
 from .clusters import headline
 from .cross import Cross
 from .entrant import Entrant
-from .tables import departure_rows
+from .tables import departure_rows, without
 from .times.measure import Times
 from .times.rows import time_figure, time_rows
 from .times.words import CAPTION, TIME_COLUMNS, time_cells
@@ -53,6 +53,7 @@ def cross_html(crosses: Sequence[Cross], results: dict[str, Any], command: str) 
         tone="bad" if "differs" in said else "good" if said == {"agrees"} else "open",
         scenes=[_scene(cross) for cross in crosses],
         departures=departure_rows(crosses),
+        missing=without(crosses),
         entrants=[_about(entrant) for entrant in entrants.values()],
         alpha=results["alpha"],
         written=results["seconds"]["written"],
@@ -72,7 +73,6 @@ def _scene(cross: Cross) -> dict[str, Any]:
     return {
         "name": cross.scene.name,
         "said": cross.findings.said,
-        "missing": cross.missing,
         "pixels": int(cross.arbiter.shaded.sum()),
         "arbiter": cross.arbiter.said,
         "rows": [

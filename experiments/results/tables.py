@@ -23,9 +23,19 @@ WIDE = 140
 
 def console(stderr: bool = False) -> Console:
     """A console as wide as its terminal or as COLUMNS says, or wide enough for every column where nothing is known."""
-    found = Console(stderr=stderr, highlight=False)
+    found = Console(stderr=stderr, highlight=False, emoji=False)
     known = found.is_terminal or os.environ.get("COLUMNS", "").isdigit()
-    return found if known else Console(stderr=stderr, highlight=False, width=WIDE)
+    return found if known else Console(stderr=stderr, highlight=False, emoji=False, width=WIDE)
+
+
+def say(told: Console, sentence: str, style: str | None = None) -> None:
+    """A sentence: a terminal's lines end between its words; elsewhere it is one line."""
+    told.print(sentence, style=style, markup=False, soft_wrap=not told.is_terminal)
+
+
+def say_command(told: Console, command: str) -> None:
+    """A command to be copied: one line, wherever a terminal breaks it."""
+    told.print(command, markup=False, soft_wrap=True)
 
 
 def _fixed(value: float, digits: int) -> str:
@@ -37,8 +47,14 @@ def _cell(column: Column, row: Row) -> str:
     shown = escape(column.shown(row, unit="").replace("−", "-"))  # plain, for terminals that know no other
     if column.name != "verdict":
         return shown
-    mark = " [red]not as claimed[/]" if row["as_claimed"] is False else ""
-    return f"[{COLOURS[row['verdict']]}]{shown}[/]{mark}"
+    return f"[{COLOURS[row['verdict']]}]{shown}[/]{_unexpected(row)}"
+
+
+def _unexpected(row: Row) -> str:
+    """What a verdict does not say by itself: a difference that the claim admits, or anything else that it does not."""
+    if (row["verdict"] == "differs") is (row["as_claimed"] is False):
+        return ""
+    return {True: " as claimed", False: " [red]not as claimed[/]", None: ""}[row["as_claimed"]]
 
 
 def _scores(row: Row) -> str:
@@ -94,16 +110,26 @@ VERBS = {
     "undecided": ("is undecided", "are undecided"),
 }
 """Of one row, and of several."""
+ADMITTED = {"differs as claimed": ("differs as claimed", "differ as claimed")}
+"""The same of what claims no more."""
+NAMED = 6
+"""Rows of a kind that are named, at most; of further ones the number is."""
 
 
 def closing(rows: list[Row]) -> str:
     """One line for all of it: "14 of 16 agree; glossy area 25 differs; cornell exact is undecided"."""
     if not rows:
         return "nothing could be judged"
-    names = {word: [title(row) for row in rows if row["verdict"] == word] for word in VERBS}
+    verbs = VERBS | ADMITTED
+    names: dict[str, list[str]] = {word: [] for word in verbs}
+    for row in rows:
+        admitted = row["verdict"] == "differs" and row["as_claimed"]
+        names["differs as claimed" if admitted else row["verdict"]].append(title(row))
     number = len(names.pop("agrees"))
     parts = [f"{number} of {len(rows)} {VERBS['agrees'][number != 1]}"]
-    parts += [f"{', '.join(some)} {VERBS[word][len(some) > 1]}" for word, some in names.items() if some]
+    for word, some in names.items():
+        more = f" and {len(some) - NAMED} more" if len(some) > NAMED else ""
+        parts += [f"{', '.join(some[:NAMED])}{more} {verbs[word][len(some) > 1]}"] if some else []
     return "; ".join(parts)
 
 

@@ -116,7 +116,7 @@ class Experiment:
     scenes : tuple of str
         Classic scenes it looks at, or how many it makes; empty if it makes its own and they cannot be chosen.
     table : callable, optional
-        Rows to a table for the terminal, where the general one would not do.
+        Rows to a table for a terminal of so many columns, where the general one would not do.
     text : callable, optional
         Rows to a Markdown page.
     files : callable, optional
@@ -132,7 +132,7 @@ class Experiment:
     jobs: Callable[[Settings], Sequence[Job]]
     figures: Callable[[Sequence[Outcome]], dict[str, Any]]
     scenes: tuple[str, ...] = ()
-    table: Callable[[Sequence[Row]], Any] | None = None
+    table: Callable[[Sequence[Row], int], Any] | None = None
     text: Callable[[Sequence[Row]], str] | None = None
     files: Callable[[Sequence[Row]], dict[str, str]] | None = None
     takes_own: bool = False

@@ -9,27 +9,32 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from rich.console import RenderableType
+from rich.console import Console, RenderableType
 
 from nusselt.experiments.files import replacing
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.exports.csv_table import csv_rows
 from nusselt.experiments.results.figures import footnote, save
+from nusselt.experiments.results.rows import status, title, urgent_first
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.store import Store
 from nusselt.experiments.results.study_tables import single, table
-from nusselt.experiments.results.tables import console, verdict_table
+from nusselt.experiments.results.summary import headline
+from nusselt.experiments.results.tables import NAMED, console, say, say_command, verdict_table
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.verdict.level import Level
 from nusselt.experiments.workers import worker_pool
 from nusselt.renderer.errors import InputError
+from nusselt.renderer.words import count
 
 from .experiment import Experiment, Outcome, Settings
 from .runner import run_jobs
 
 JOBS = "jobs"
 """Folder of the finished jobs."""
+OBJECTIONS = {"failing": "is not as claimed", "undecided": "is undecided"}
+"""What is said of a row without a verdict, by its status."""
 
 
 @dataclass(frozen=True)
@@ -134,25 +139,39 @@ def run_experiments(experiments: Sequence[Experiment], request: Request) -> int:
     with worker_pool(request.cluster) as pool:
         for experiment in experiments:
             if request.settings.scenes and not experiment.scenes:
-                told.print(f"{experiment.name}: makes its own scenes; those named are not used", markup=False)
+                say(told, f"{experiment.name}: makes its own scenes; those named are not used")
             with progress_bar(experiment.name) as report:
                 found, _ = run_one(experiment, request, pool, lambda done, total: report("jobs", done, total))
             rows += found
             files.save(rows)
             told.print(_table(found, experiment, told.width))
+            _object(found, told)
             if not found:
                 empty.append(experiment.name)
     if request.target == "-":
         request.save(rows)
     for name in empty:
-        told.print(f"{name}: no row, which is a failure", markup=False)
+        say(told, f"{name}: no row, which is a failure")
+    say(told, headline(rows)[1])
     return exit_code([] if empty else rows)
+
+
+def _object(rows: list[Row], told: Console) -> None:
+    """The rows of an experiment that are not as claimed, or undecided: why, and the command that makes them again."""
+    found = [row for row in urgent_first(rows) if status(row) in OBJECTIONS]
+    for row in found[:NAMED]:
+        why = f": {row['reason']}" if row.get("reason") else ""
+        say(told, f"{title(row)} {row.get('verdict') or OBJECTIONS[status(row)]}{why}")
+    if len(found) > NAMED:
+        say(told, f"and {count(len(found) - NAMED, 'further row')}")
+    if found:
+        say_command(told, f"  again: {found[0]['command']}")
 
 
 def _table(rows: list[Row], experiment: Experiment, width: int) -> RenderableType:
     """As the experiment wants it; else verdicts as `nusselt check` shows them, and other rows as they are."""
     if experiment.table:
-        found: RenderableType = experiment.table(rows)
+        found: RenderableType = experiment.table(rows, width)
         return found
     if rows and all("bias_interval" in row for row in rows):
         return verdict_table(rows, Level().alpha, width)

@@ -7,6 +7,7 @@ from typing import Any
 
 from rich.console import Group
 
+from nusselt.experiments.results.exports.markdown import table_lines
 from nusselt.experiments.results.figures import BLUE, RED, canvas
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.study_tables import table
@@ -61,22 +62,22 @@ def summary(rows: Sequence[Row]) -> str:
     )
 
 
-def search_table(rows: Sequence[Row]) -> Group:
+def search_table(rows: Sequence[Row], width: int) -> Group:
     """For the terminal."""
-    parts: list[Any] = [table(by_kind(rows), "Kinds of scenes"), table(by_check(rows), "Twins and referees")]
+    parts: list[Any] = [
+        table(by_kind(rows), "Kinds of scenes", width),
+        table(by_check(rows), "Twins and referees", width),
+    ]
     if some := failures(rows):
         brief = [{k: f[k] for k in ("scene", "check", "what", "pixel", "difference", "ratio", "points")} for f in some]
-        parts.append(table(brief[:SHOWN], f"Failures, {min(SHOWN, len(some))} of {len(some)}, the largest first"))
+        title = f"Failures, {min(SHOWN, len(some))} of {len(some)}, the largest first"
+        parts.append(table(brief[:SHOWN], title, width))
     return Group(*parts, summary(rows))
 
 
 def _markdown(rows: Sequence[Row]) -> list[str]:
-    names = list(rows[0])
-    lines = ["| " + " | ".join(name.replace("_", " ") for name in names) + " |", "|" + "---|" * len(names)]
-    for row in rows:
-        cells = [f"{v:.3g}" if isinstance(v, float) else str(v).replace("|", "/") for v in row.values()]
-        lines.append("| " + " | ".join(cells) + " |")
-    return [*lines, ""]
+    cells = ([f"{v:.3g}" if isinstance(v, float) else str(v).replace("|", "/") for v in row.values()] for row in rows)
+    return [*table_lines([name.replace("_", " ") for name in rows[0]], cells), ""]
 
 
 def search_page(rows: Sequence[Row]) -> str:

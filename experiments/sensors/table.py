@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from rich import box
-from rich.markup import escape
-from rich.table import Table
+from rich.console import Group
 
+from nusselt.experiments.results.rows import method
 from nusselt.experiments.results.schema import Row
-from nusselt.experiments.results.tables import COLOURS
+from nusselt.experiments.results.study_tables import table
 
 DIGITS = 6
 
@@ -26,31 +25,29 @@ def _reading(values: list[float] | None, errors: list[float] | None = None) -> s
 
 
 def _percent(interval: list[float] | None) -> str:
-    return "" if interval is None else f"{100 * interval[0]:+.3f} … {100 * interval[1]:+.3f}"
+    return "" if interval is None else f"{100 * interval[0]:+.3f} to {100 * interval[1]:+.3f}"
 
 
 def _place(values: list[float]) -> str:
     return " ".join(f"{value:.5g}" for value in values)
 
 
-def sensor_table(rows: Sequence[Row]) -> Table:
+def _line(row: Row, asked: bool, expecting: bool) -> Row:
+    """A sensor's cells: the verdict and what it rests on come first."""
+    told: Row = {"scene": row["scene"], "sensor": row["sensor"], "verdict": row.get("verdict", "")}
+    told |= {"ours less Mitsuba %": _percent(row.get("difference_interval"))} if asked else {}
+    told |= {"ours less expected %": _percent(row.get("expected_interval"))} if expecting else {}
+    told["ours"] = _reading(row["reading"], row["reading_standard_error"])
+    if asked:
+        told["Mitsuba"] = _reading(row.get("reference_reading"), row.get("reference_standard_error"))
+    told |= {"expected": _reading(row.get("expected_reading"))} if expecting else {}
+    told |= {"at": _place(row["position"]), "facing": _place(row["normal"]), "estimator": method(row)}
+    return told | {"as_claimed": row.get("as_claimed")}
+
+
+def sensor_table(rows: Sequence[Row], width: int) -> Group:
     """One line a sensor: what it reads by ours and by Mitsuba, what it should, and the verdict."""
     asked = any("reference_reading" in row for row in rows)
     expecting = any("expected_reading" in row for row in rows)
-    table = Table(box=box.SIMPLE, title="Irradiance, W/m²", caption="Differences in % of the reading.")
-    names = ["scene", "", "at", "facing", "ours"]
-    names += ["Mitsuba", "ours less it, %"] if asked else []
-    names += ["expected", "ours less it, %"] if expecting else []
-    for name in (*names, "verdict"):
-        table.add_column(name, justify="left" if name in ("scene", "verdict") else "right", overflow="fold")
-    for row in rows:
-        cells = [escape(row["scene"]), str(row["sensor"]), _place(row["position"]), _place(row["normal"])]
-        cells.append(_reading(row["reading"], row["reading_standard_error"]))
-        if asked:
-            cells.append(_reading(row.get("reference_reading"), row.get("reference_standard_error")))
-            cells.append(_percent(row.get("difference_interval")))
-        if expecting:
-            cells += [_reading(row.get("expected_reading")), _percent(row.get("expected_interval"))]
-        word = row.get("verdict", "")
-        table.add_row(*cells, f"[{COLOURS[word]}]{word}[/]" if word else "")
-    return table
+    lines = [_line(row, asked, expecting) for row in rows]
+    return table(lines, "Irradiance, W/m², and differences in % of the reading", width, hidden=("as_claimed",))

@@ -15,14 +15,14 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from rich import box
-from rich.table import Table
+from rich.console import Group
 from scipy import stats
 
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.external.comparison import Comparison
 from nusselt.experiments.independent.plain_scenes import PLAIN
 from nusselt.experiments.independent.render import Options, render
+from nusselt.experiments.results import study_tables
 from nusselt.experiments.results.figures import BLUE, GREEN, GREY, RED, canvas
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
@@ -213,7 +213,7 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     return {"verdicts": figure}
 
 
-def table(rows: Sequence[Row]) -> Table:
+def table(rows: Sequence[Row], width: int) -> Group:
     """Counts by what was brought, and every reason with how often it was given."""
     total = summed(rows, "scene")["all"]
     low, high = rate(total["differs"], total["verdicts"])
@@ -222,24 +222,20 @@ def table(rows: Sequence[Row]) -> Table:
         for word, counts in row["reasons"].items():
             reasons.update({f"{word}: {reason}": number for reason, number in counts.items()})
     told = "\n".join(f"{number} × {reason}" for reason, number in reasons.most_common())
-    found = Table(
-        box=box.SIMPLE,
-        title=f"Right images: {total['differs']} of {total['verdicts']} differ, a rate of {low:.2%} to {high:.2%} "
-        f"({ALPHA:.1%} is declared, {ALLOWED:.1%} asked for)",
-        caption=told,
-        caption_justify="left",
+    title = (
+        f"Right images: {total['differs']} of {total['verdicts']} differ, a rate of {low:.2%} to {high:.2%} "
+        f"({ALPHA:.1%} is declared, {ALLOWED:.1%} asked for)"
     )
-    for name in ("what", "verdicts", "differs", "at most", "undecided", "agrees", "told a mistake", "and undecided"):
-        found.add_column(name, justify="left" if name == "what" else "right")
+    lines: list[Row] = []
     for by in GROUPS:
         for key, entry in summed(rows, by).items():
             if key != "all":
-                counts = [str(entry[word]) for word in COUNTS[2:]]
                 most = f"{rate(entry['differs'], entry['verdicts'])[1]:.2%}"
-                style = "red" if entry["differs"] else None
-                found.add_row(key, str(entry["verdicts"]), str(entry["differs"]), most, *counts, style=style)
-        found.add_section()
-    return found
+                line = {"what": key, "verdicts": entry["verdicts"], "differs": entry["differs"], "at most": most}
+                counts = dict(zip(("undecided", "agrees", "told a mistake", "and undecided"), COUNTS[2:], strict=True))
+                line |= {head: entry[word] for head, word in counts.items()}
+                lines.append(line | {"as_claimed": not entry["differs"]})
+    return study_tables.table(lines, title, width, hidden=("as_claimed",), caption=told)
 
 
 HONEST_IMAGES = Experiment(

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from rich import box
-from rich.table import Table
+from rich.console import Group
 
 from nusselt.experiments.independent.mistakes import KINDS, MISTAKES
 from nusselt.experiments.independent.plain_scenes import PLAIN
@@ -20,6 +19,7 @@ from nusselt.experiments.metamorphic.ask import Asking, Pictures, ask
 from nusselt.experiments.metamorphic.judge import judge_relation
 from nusselt.experiments.metamorphic.relation import Related, Shot
 from nusselt.experiments.metamorphic.sources import EstimatorSource, Source
+from nusselt.experiments.results import study_tables
 from nusselt.experiments.results.figures import BLUE, canvas
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
@@ -131,7 +131,7 @@ def _counts(rows: Sequence[Row]) -> Counter[str]:
     )
 
 
-def table(rows: Sequence[Row]) -> Table:
+def table(rows: Sequence[Row], width: int) -> Group:
     """How many each relation finds; in the caption, how many all of them do, and of right renderers how many break."""
     planted = [row for row in rows if row.get("planted")]
     there = [row for row in planted if row["checks"][BESIDE] == "differs"]
@@ -140,22 +140,18 @@ def table(rows: Sequence[Row]) -> Table:
     tried, broken = sum(len(row["checks"]) for row in rights), sum(row["hits"] for row in rights)
     missed = ", ".join(row["planted"] for row in there if row["verdict"] != "differs")
     more = sum(row["verdict"] == "differs" for row in planted) - found
-    made = Table(
-        box=box.SIMPLE,
-        title=f"{found} of {len(there)} mistakes that change an image are found without a reference",
-        caption=f"{more} more are found that images of the same size beside right ones do not show. Of right renderers "
-        f"{broken} of {tried} relations break. Not found: {missed}.",
+    title = f"{found} of {len(there)} mistakes that change an image are found without a reference"
+    caption = (
+        f"{more} more are found that images of the same size beside right ones do not show. Of right renderers "
+        f"{broken} of {tried} relations break. Not found: {missed}."
     )
-    for name in ("relation", "finds", "alone"):
-        made.add_column(name)
     alone = Counter(
         names[0]
         for row in there
         if len(names := [n for n, word in row["checks"].items() if word == "differs" and n != BESIDE]) == 1
     )
-    for name, number in _counts(rows).most_common():
-        made.add_row(name, str(number), str(alone[name] or ""))
-    return made
+    lines = [{"relation": n, "finds": k, "alone": alone[n] or None} for n, k in _counts(rows).most_common()]
+    return study_tables.table(lines, title, width, caption=caption)
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:

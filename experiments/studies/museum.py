@@ -7,9 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from rich import box
-from rich.markup import escape
-from rich.table import Table
+from rich.console import Group
 
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.defects.gates import changed, pictures_differ, pixels_differ, structure_differs
@@ -17,6 +15,7 @@ from nusselt.experiments.defects.museum import MUSEUM, Exhibit
 from nusselt.experiments.external.comparison import Comparison
 from nusselt.experiments.independent.mistakes import Mistake
 from nusselt.experiments.independent.steps import RIGHT
+from nusselt.experiments.results import study_tables
 from nusselt.experiments.results.exports.markdown import table_lines
 from nusselt.experiments.results.figures import GREEN, RED, canvas
 from nusselt.experiments.results.schema import Row
@@ -138,14 +137,10 @@ def summary(rows: Sequence[Row]) -> str:
     )
 
 
-def table(rows: Sequence[Row]) -> Table:
+def table(rows: Sequence[Row], width: int) -> Group:
     """For the terminal."""
-    made = Table(box=box.SIMPLE, title="Public bugs, planted", caption=summary(rows))
-    for head in HEADS:
-        made.add_column(head, overflow="fold")
-    for row in rows:
-        made.add_row(*map(escape, cells(row)))
-    return made
+    lines = [dict(zip(HEADS, cells(row), strict=True)) for row in rows]
+    return study_tables.table(lines, "Public bugs, planted", width, caption=summary(rows))
 
 
 def page(rows: Sequence[Row]) -> str:

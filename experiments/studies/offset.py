@@ -208,7 +208,7 @@ OFFSET = Experiment(
     "where Mitsuba's ray offset is wrong, its model is wrong in the same way",
     jobs,
     figures,
-    table=lambda rows: table([plain_row(row) for row in rows], "Mitsuba's ray offset"),
+    table=lambda rows, width: table([plain_row(row) for row in rows], "Mitsuba's ray offset", width),
 )
 
 

@@ -13,8 +13,7 @@ from concurrent.futures import Executor
 from functools import lru_cache
 from typing import Any
 
-from rich import box
-from rich.table import Table
+from rich.console import Group
 
 from nusselt.experiments.check.check import MAX_SAMPLES, our_image, reference_target, seeds
 from nusselt.experiments.check.expectations import appearance, expectations_of
@@ -24,6 +23,7 @@ from nusselt.experiments.defects.catalogue import CONTROLS, DEFECTS, Control, Pl
 from nusselt.experiments.defects.gates import pictures_differ, pixels_differ, structure_differs
 from nusselt.experiments.results.figures import GOLD, GREEN, RED, canvas
 from nusselt.experiments.results.schema import PICTURES, Row
+from nusselt.experiments.results.study_tables import table
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.experiments.verdict.evidence import NO_EXPECTATIONS, Expectations
 from nusselt.experiments.verdict.judge import Verdict, judge
@@ -138,8 +138,8 @@ def _truth(scene: Scene, estimator: Any, question: Question, executor: Executor 
     return render(scene, estimator, seed=root, passes=PASSES, executor=executor, tolerance=ray_tolerance(scene))
 
 
-GATES = ("picture_differs", "structure_differs", "pixels_differ")
-"""What the usual gates say, in a row."""
+GATES = {"picture_differs": "PNG", "structure_differs": "SSIM", "pixels_differ": "z-test"}
+"""What the usual gates say, in a row, and what they are called."""
 
 
 def _row(scene: Scene, estimator: Any, margin: float, verdict: Verdict, ours: Image, reference: Reference) -> Row:
@@ -202,27 +202,29 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     return {"defects": figure}
 
 
-def hardness_table(rows: Sequence[dict[str, Any]]) -> Table:
+def hardness_table(rows: Sequence[dict[str, Any]], width: int) -> Group:
     """Defects, the hardest to see first, and what the usual gates say of them."""
     controls = [row for row in rows if row["defect"] is None]
     right = sum(row["verdict"] == "agrees" for row in controls)
-    table = Table(
-        box=box.SIMPLE,
-        title="Planted defects, the hardest to see first",
-        caption=f"{right} of {len(controls)} right renderers agree. "
+    caption = (
+        f"{right} of {len(controls)} right renderers agree. "
         "samples: a pixel and light, until it is found. PNG: 8-bit pictures that differ by more than a level "
         "on average. SSIM: below 0.95, which right images are too at few samples. "
-        "z-test: pixel by pixel, forgiving 0.25 %, at the same samples.",
+        "z-test: pixel by pixel, forgiving 0.25 %, at the same samples."
     )
-    for name in ("defect", "scene", "verdict", "samples", "bias %", "margin %", "PNG", "SSIM", "z-test"):
-        table.add_column(name, justify="right" if name in ("samples", "bias %", "margin %") else "left")
     planted = [row for row in rows if row["defect"] is not None]
-    for row in sorted(planted, key=lambda r: (-(r["samples_to_detection"] or 1 << 40), abs(r["bias_relative"] or 0))):
-        said = ["sees it" if row[name] else "misses it" for name in GATES]
-        found = row["samples_to_detection"]
-        cells = [row["defect"], row["scene"], row["verdict"], "not found" if found is None else str(found)]
-        table.add_row(*cells, f"{100 * row['bias_relative']:+.3f}", f"{100 * row['margin']:g}", *said)
-    return table
+    planted.sort(key=lambda row: (-(row["samples_to_detection"] or 1 << 40), abs(row["bias_relative"] or 0)))
+    lines: list[Row] = [
+        {
+            **{name: row[name] for name in ("defect", "scene", "verdict")},
+            "samples": row["samples_to_detection"] or "not found",
+            "bias %": f"{100 * row['bias_relative']:+.3f}",
+            "margin %": f"{100 * row['margin']:g}",
+            **{head: "sees it" if row[name] else "misses it" for name, head in GATES.items()},
+        }
+        for row in planted
+    ]
+    return table(lines, "Planted defects, the hardest to see first", width, caption=caption)
 
 
 PLANTED_DEFECTS = Experiment(

@@ -10,15 +10,14 @@ from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
-from rich import box
-from rich.markup import escape
-from rich.table import Table
+from rich.console import Group
 
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.independent.mistakes import KINDS, MISTAKES, Mistake
 from nusselt.experiments.independent.mistakes.told import names_of, places_of
 from nusselt.experiments.independent.render import Options, render
 from nusselt.experiments.independent.steps import RIGHT
+from nusselt.experiments.results import study_tables
 from nusselt.experiments.results.figures import GOLD, GREEN, RED, canvas
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
@@ -182,7 +181,7 @@ def _share(value: float | None) -> str:
     return "" if value is None else f"{100 * value:+.2f}"
 
 
-def table(rows: Sequence[Row]) -> Table:
+def table(rows: Sequence[Row], width: int) -> Group:
     """Those that do not differ, and how many of each kind do."""
     counts = []
     for kind in dict.fromkeys(row["kind"] for row in rows):
@@ -190,25 +189,23 @@ def table(rows: Sequence[Row]) -> Table:
         counts.append(f"{kind} {verdicts.count('differs')} of {len(verdicts)}")
     missed = sum(row["missed"] for row in rows)
     told = Counter(row["named"] for row in rows if row["named"])
-    found = Table(
-        box=box.SIMPLE,
-        title=f"{len(rows)} mistakes: {missed} agree that are above what their rows say they find",
-        caption="differ: " + ", ".join(counts) + f". Of the {told.total()} that differ the right name is told of "
+    title = f"{len(rows)} mistakes: {missed} agree that are above what their rows say they find"
+    caption = (
+        "differ: " + ", ".join(counts) + f". Of the {told.total()} that differ the right name is told of "
         f"{told['name']}, the right place of {told['place']}, a wrong name of {told['wrong']}, nothing of "
-        f"{told['none']}. Below, the others, and those that do not differ.",
+        f"{told['none']}. Above, the others, and those that do not differ."
     )
-    for name in ("mistake", "scene", "verdict", "mean %", "RMS %", "plain %", "variance", "finds %", "missed", "told"):
-        found.add_column(name, justify="right" if "%" in name or name == "variance" else "left")
+    lines: list[Row] = []
     for row in sorted(rows, key=lambda row: (row["verdict"], not row["missed"])):
         if row["named"] not in ("name", "place"):
             first = ", ".join(mistake["name"] for mistake in row["likely_mistakes"][:1])
             words = f"wrong: {first}" if row["named"] == "wrong" else "; ".join(row["where"][:1])
-            shares = [_share(row[name]) for name in ("effect_mean", "effect_rms", "effect_plain")]
-            variance = "" if row["effect_variance"] is None else f"{row['effect_variance']:.2f}"
-            cells = [row["planted"], row["scene"], row["verdict"], *shares, variance]
-            cells += [_share(row["minimum_detectable_bias"]), "missed" if row["missed"] else "", words]
-            found.add_row(*map(escape, cells), style="red" if row["missed"] or row["named"] == "wrong" else None)
-    return found
+            line = {"mistake": row["planted"], "scene": row["scene"], "verdict": row["verdict"]}
+            line |= {f"{name} %": _share(row[f"effect_{name.lower()}"]) for name in ("mean", "RMS", "plain")}
+            line["variance"] = "" if row["effect_variance"] is None else f"{row['effect_variance']:.2f}"
+            line |= {"MDB %": _share(row["minimum_detectable_bias"]), "missed": "missed" if row["missed"] else ""}
+            lines.append(line | {"told": words, "as_claimed": not (row["missed"] or row["named"] == "wrong")})
+    return study_tables.table(lines, title, width, hidden=("as_claimed",), caption=caption)
 
 
 PLANTED_IMAGES = Experiment(

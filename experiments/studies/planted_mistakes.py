@@ -6,14 +6,13 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from rich import box
-from rich.markup import escape
-from rich.table import Table
+from rich.console import Group
 
 from nusselt.experiments.defects.mistakes import PLANTS, Levels, planted_scene
 from nusselt.experiments.external.diagnosis import Inputs, diagnose
 from nusselt.experiments.images.formats import Raw
 from nusselt.experiments.images.transfer import Quantiser, Transfer
+from nusselt.experiments.results import study_tables
 from nusselt.experiments.results.figures import BLUE, RED, canvas
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
@@ -65,17 +64,15 @@ def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     return {"mistakes": figure}
 
 
-def table(rows: Sequence[Row]) -> Table:
+def table(rows: Sequence[Row], width: int) -> Group:
     """The first two that each is told as."""
     first = sum(row["told_first"] for row in rows)
-    caption = f"{first} of {len(rows)} are told first"
-    found = Table(box=box.SIMPLE, title="Planted in 8-bit images, and what they are told as", caption=caption)
-    for name in ("planted", "scene", "first", "second"):
-        found.add_column(name)
+    lines = []
     for row in rows:
         told = [f"{m['name']} {m['explained']:.1%}" for m in row["likely_mistakes"]] + ["", ""]
-        found.add_row(*map(escape, (row["planted"], row["scene"], *told[:2])))
-    return found
+        lines.append({"planted": row["planted"], "scene": row["scene"], "first": told[0], "second": told[1]})
+    caption = f"{first} of {len(rows)} are told first"
+    return study_tables.table(lines, "Planted in 8-bit images, and what they are told as", width, caption=caption)
 
 
 PLANTED_MISTAKES = Experiment(

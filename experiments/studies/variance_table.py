@@ -13,15 +13,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from rich import box
-from rich.markup import escape
-from rich.table import Table
+from rich.console import Group
 from scipy import stats
 
 from nusselt.experiments.check.check import seeds
 from nusselt.experiments.check.expectations import appearance
 from nusselt.experiments.results.exports.markdown import table_lines
 from nusselt.experiments.results.figures import curves
+from nusselt.experiments.results.study_tables import table
 from nusselt.experiments.results.work_precision import slope
 from nusselt.experiments.runs.experiment import NONE_OWN, Experiment, Job, Outcome, Settings
 from nusselt.experiments.runs.own import Own, OwnRenderer
@@ -331,20 +330,14 @@ def cells(row: dict[str, Any]) -> list[str]:
     ]
 
 
-def variance_table(rows: Sequence[dict[str, Any]]) -> Table:
+def variance_table(rows: Sequence[dict[str, Any]], width: int) -> Group:
     """For the terminal."""
-    table = Table(
-        box=box.SIMPLE,
-        title="Variance of estimators, ours and Mitsuba's samplers",
-        caption="bias and RMS in % of the reference's mean; intervals at 99 %; * the most efficient of its renderer, "
-        "scene and N, or not to be told from it.",
+    caption = (
+        "bias and RMS in % of the reference's mean; intervals at 99 %; * the most efficient of its renderer, scene and "
+        "N, or not to be told from it."
     )
-    for number, name in enumerate(HEADER):
-        words = number in (0, 2)
-        table.add_column(name, justify="left" if words else "right", no_wrap=not words, overflow="fold")
-    for row in rows:
-        table.add_row(*map(escape, cells(row)))
-    return table
+    lines = [dict(zip(HEADER, cells(row), strict=True)) for row in rows]
+    return table(lines, "Variance of estimators, ours and Mitsuba's samplers", width, caption=caption)
 
 
 def markdown(rows: Sequence[dict[str, Any]]) -> str:

@@ -109,5 +109,7 @@ def as_written(error: InputError, command: click.Command) -> InputError:
 
 def stop(message: str, status: int) -> NoReturn:
     """One line on standard error, and out."""
-    click.echo(f"nusselt: {message}", err=True)
+    from nusselt.experiments.results.tables import console, say  # takes a while, which nothing else here does
+
+    say(console(stderr=True), f"nusselt: {message}")
     sys.exit(status)

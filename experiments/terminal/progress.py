@@ -10,15 +10,18 @@ from dataclasses import dataclass, field
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from nusselt.experiments.results.tables import say
+
 ERRORS = Console(stderr=True, highlight=False)
 Report = Callable[[str, int, int], None]
 LONG = 10.0
 """Seconds of work that are announced."""
+LESS = "twice the margin takes a quarter of it, half the pixels half of it"
 KNOWN = 1 / 20
 """Share of the work after which its rate is known: a renderer's first images may be all start-up."""
 SHORTER = {
-    "reference": "twice the margin takes a quarter of it, half the pixels half, a reference kept with --cache none",
-    "ours": "twice the margin takes a quarter of it, half the pixels half",
+    "reference": f"{LESS}, and one that --cache has kept takes none",
+    "ours": LESS,
     "renderer": "one --steps less takes a quarter of it, half the pixels half of it",
 }
 """What is announced, by its stage, and what would take less."""
@@ -79,6 +82,6 @@ def progress_bar(title: str) -> Iterator[Report]:
         def report(stage: str, done: int, total: int) -> None:
             bar.update(task, description=f"{title}: {stage}", completed=done, total=total)
             if line := forecast(stage, done, total):
-                bar.console.print(f"{title}: {line}", markup=False, soft_wrap=True)
+                say(bar.console, f"{title}: {line}")
 
         yield report

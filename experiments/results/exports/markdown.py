@@ -57,10 +57,8 @@ def markdown(document: dict[str, Any]) -> str:
     parts += [f"- **{fact.question}** {text(fact.answer)}. {text(fact.detail)}\n" for fact in facts(document)]
     heads = [column.name for column in COLUMNS]
     heads = ["experiment", *heads[:2], "", *heads[2:]]
-    parts.append(f"\n| {' | '.join(heads)} |\n|{'---|' * len(heads)}\n")
-    tail = ["\n", *map(_reason, rows)]
-    lines = [f"| {' | '.join(_cells(row))} |\n" for row in rows]
-    return "".join(_within([*parts, *lines, *tail]))
+    lines = [f"{line}\n" for line in table_lines(heads, map(_cells, rows))]
+    return "".join(_within([*parts, "\n", *lines, "\n", *map(_reason, rows)]))
 
 
 def _within(parts: list[str]) -> list[str]:

@@ -79,14 +79,13 @@ def _figures(pair: Pair, z: float | None) -> list[Figure]:
         if z is None
         else ("z", f"{z:+.2f}", about_z)
     )
-    kind = "of levels" if pair.levels else "HDR-FLIP"
     figures.append(
-        ("FLIP", "not measured", "The package flip-evaluator is not installed here: pip install flip-evaluator")
+        ("FLIP", "not measured", "The package flip-evaluator is not installed here: pip install 'nusselt[flip]'")
         if flipped is None
         else (
             "FLIP",
-            f"{flipped:.4f}" if math.isfinite(flipped) else "undefined",
-            f"Mean, {kind}, of A against B; 0 is alike",
+            f"{flipped[0]:.4f}",
+            f"Mean {flipped[1]} of A against B, 67 pixels a degree; 0 is alike",
         )
     )
     if wrong := pair.finite.size - finite:

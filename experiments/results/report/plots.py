@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullFormatter
 
 from nusselt.experiments.results.work_precision import TARGETS, Curve
 
@@ -20,6 +21,8 @@ INK = "#010203"
 SERIES = ("#2f7ed8", "#e0642e", "#2a9d63", "#a25bd0", "#c9971c", "#d1447f", "#4aa3a3", "#8a7a6a")
 """Colours that read on white and on near-black."""
 BINS = 10
+LEAST = 3.5
+"""Factor to either side that an axis shows at least: more than a decade, and so a number."""
 SIZE = (7.4, 2.9)
 """Inches of an error figure."""
 _MARK = 1e-4
@@ -108,8 +111,8 @@ class ErrorFigure:
 
 
 def error_figure(found: Sequence[Curve], name: str) -> ErrorFigure | None:
-    """The first curves of at least two points; None where there is none."""
-    shown = [curve for curve in found if len(curve.points) > 1][: len(SERIES)]
+    """The first curves of at least two numbers of samples; None where there is none."""
+    shown = [curve for curve in found if len({p.samples or p.seconds for p in curve.points}) > 1][: len(SERIES)]
     if not shown:
         return None
     with rc_context(_STYLE):
@@ -126,6 +129,10 @@ def error_figure(found: Sequence[Curve], name: str) -> ErrorFigure | None:
                     axis.plot(x, y, style, color=SERIES[k], linewidth=width, markersize=3.5, label=curve.label)
             axis.set(xscale="log", yscale="log", xlabel=words)
             axis.axhline(TARGETS[1], color=INK, linewidth=0.6, linestyle=":")
+            low, high = axis.get_xlim()
+            middle, reach = math.sqrt(low * high), max(math.sqrt(high / low), LEAST)
+            axis.set_xlim(middle / reach, middle * reach)
+            axis.xaxis.set_minor_formatter(NullFormatter())  # numbers within a decade run into each other
         axes[0].set_ylabel("relative RMS error")
         axes[0].legend()
     made = ErrorFigure(name, "", tuple(curve.label for curve in shown))

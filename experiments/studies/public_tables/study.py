@@ -7,18 +7,19 @@ stated, and is no failure of ours.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from rich import box
-from rich.markup import escape
-from rich.table import Table
+from rich.console import Group
 from scipy import stats
 
+from nusselt.experiments.results.exports.markdown import table_lines
 from nusselt.experiments.results.figures import canvas, name_lines
 from nusselt.experiments.results.schema import Row
+from nusselt.experiments.results.study_tables import table
 from nusselt.experiments.runs.experiment import Experiment, Job, Outcome, Settings
 from nusselt.mitsuba_bridge.process import ReferenceUnavailable
 from nusselt.mitsuba_bridge.sensors import PASSES, sensors_by_mitsuba
@@ -30,6 +31,7 @@ from nusselt.renderer.vectors import Floats
 from . import cie171, factors, usdlux
 from .entry import PublicTable
 
+HEADS = ("entry", "printed", "exact", "exact over printed, less one", "estimators: largest", "Mitsuba")
 ROUNDING = 2e-6
 """Relative, of Mitsuba's float32."""
 LEVEL = 1e-6
@@ -125,15 +127,11 @@ def jobs(settings: Settings) -> list[Job]:
 def page(rows: Sequence[Row]) -> str:
     """The tables in Markdown."""
     lines = ["# Public tables of direct light", ""]
-    table = None
-    for row in rows:
-        if row["table"] != table:
-            table = row["table"]
-            lines += ["", f"## {table} ({row['source']}; {row['unit']})", ""]
-            lines += [f"{row['note'].capitalize()}.", ""] if row["note"] else []
-            lines += ["| entry | printed | exact | exact over printed, less one | estimators: largest | Mitsuba |"]
-            lines += ["|---|---|---|---|---|---|"]
-        lines.append("| " + " | ".join(_cells(row)) + " |")
+    for name, entries in itertools.groupby(rows, lambda row: row["table"]):
+        some = list(entries)
+        lines += ["", f"## {name} ({some[0]['source']}; {some[0]['unit']})", ""]
+        lines += [f"{some[0]['note'].capitalize()}.", ""] if some[0]["note"] else []
+        lines += table_lines(HEADS, map(_cells, some))
     return "\n".join(lines) + "\n"
 
 
@@ -153,15 +151,15 @@ def _cells(row: Row) -> list[str]:
     ]
 
 
-def terminal_table(rows: Sequence[Row]) -> Table:
+def terminal_table(rows: Sequence[Row], width: int) -> Group:
     """One line a number."""
-    found = Table(box=box.SIMPLE, title="Public tables: printed, exact, and Mitsuba's interval at 1e-6")
-    for name in ("table", "entry", "printed", "exact", "off", "Mitsuba", ""):
-        found.add_column(name, justify="right" if name in ("printed", "exact", "off", "Mitsuba") else "left")
+    lines = []
     for row in rows:
-        what, printed, exact, off, _, theirs = map(escape, _cells(row))
-        found.add_row(row["table"], what, printed, exact, off, theirs, "" if row["as_claimed"] else "[red]wrong[/]")
-    return found
+        what, printed, exact, off, _, theirs = _cells(row)
+        told: Row = {"table": row["table"], "entry": what, "printed": printed, "exact": exact, "off": off}
+        lines.append(told | {"Mitsuba": theirs, "wrong": not row["as_claimed"], "as_claimed": row["as_claimed"]})
+    title = "Public tables: printed, exact, and Mitsuba's interval at 1e-6"
+    return table(lines, title, width, hidden=("as_claimed",))
 
 
 def figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from nusselt.experiments.results.document import read_json
+from nusselt.experiments.results.exports.markdown import table_lines
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.studies.race.rows import SENTENCE
 from nusselt.renderer.errors import InputError
@@ -28,11 +29,9 @@ def text(rows: Sequence[Row]) -> str:
     targets = sorted({row["target"] for row in ours}, reverse=True)
     cells = {(row["scene"], row["pixel_rule"], row["target"]): ratio(row) for row in ours}
     heads = ["scene", "pixels", *(f"to {target:g}" for target in targets)]
-    lines = [f"| {' | '.join(heads)} |", f"|{'---|' * len(heads)}"]
-    for scene, rule in dict.fromkeys((row["scene"], row["pixel_rule"]) for row in ours):
-        told = " | ".join(cells.get((scene, rule, target), "–") for target in targets)
-        lines.append(f"| `{scene}` | {rule} | {told} |")
-    return "\n".join([*lines, "", f"Times of Mitsuba over ours, to the same error. {SENTENCE}", ""])
+    raced = dict.fromkeys((row["scene"], row["pixel_rule"]) for row in ours)
+    lines = ([f"`{scene}`", rule, *(cells.get((scene, rule, t), "–") for t in targets)] for scene, rule in raced)
+    return "\n".join([*table_lines(heads, lines), "", f"Times of Mitsuba over ours, to the same error. {SENTENCE}", ""])
 
 
 def machine(document: dict[str, Any]) -> str:

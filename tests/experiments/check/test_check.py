@@ -11,6 +11,7 @@ from builders import floor, lamp, scene
 
 from nusselt.experiments.check import check as check_module
 from nusselt.experiments.check.check import References, check, seeds
+from nusselt.experiments.check.estimators import told_name
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.rows import as_claimed
 from nusselt.experiments.results.document import exit_code
@@ -173,6 +174,14 @@ def test_claims():
     assert as_claimed("biased", "differs", False) is True
     assert as_claimed("biased", "agrees", True) is False
     assert exit_code([]) == 1  # nothing measured is a failure
+
+
+def test_somebodys_class_of_one_of_our_names_is_told_by_where_it_stands():
+    mine = type("Mine", (Area,), {})
+    named = type("Named", (Area,), {"name": "mine"})
+    assert told_name(Area(samples=4)) == "area"
+    assert told_name(mine(samples=4)).endswith(":Mine")
+    assert told_name(named(samples=4)) == "mine"
 
 
 def test_seeds_depend_on_names_and_not_on_order():

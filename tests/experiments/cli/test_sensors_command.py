@@ -98,7 +98,7 @@ def test_the_command_tells_and_keeps_what_it_finds(tmp_path):
     told = tmp_path / "found.json"
     result = CliRunner().invoke(main, ["sensors", str(tmp_path / "floor.test"), "--json", str(told)])
     assert result.exit_code == 0, result.output
-    assert "2 sensors: 2 agrees" in result.output
+    assert "2 sensors: 2 agree\n" in result.output
     rows = json.loads(told.read_text())["rows"]
     assert [row["sensor"] for row in rows] == [1, 2]
     assert rows[0]["reading"][0] == pytest.approx(0.359005048, rel=1e-8)
@@ -106,7 +106,7 @@ def test_the_command_tells_and_keeps_what_it_finds(tmp_path):
     (tmp_path / "floor.test").write_text(TEXT.replace(".35901 .35901", ".36901 .35901"))
     result = CliRunner().invoke(main, ["sensors", str(tmp_path / "floor.test"), "--no-mitsuba"])
     assert result.exit_code == 1
-    assert "sensor 1: off expected" in result.output
+    assert "sensor 1 differs: off expected" in result.output
 
 
 @pytest.mark.parametrize(

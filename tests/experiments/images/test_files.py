@@ -35,6 +35,10 @@ def test_a_folder_named_after_a_scene_lies_inside(name, tmp_path):
     assert (tmp_path / folder_name(name)).resolve().parent == tmp_path.resolve()
 
 
+def test_a_folder_has_no_character_that_artifacts_of_ci_refuse():
+    assert folder_name('quad-my_module:Mine "a|b"*?') == "quad-my_module_Mine _a_b___"
+
+
 @pytest.mark.parametrize("channels", [1, 3])
 def test_exr_is_read_as_it_was_written(tmp_path, channels):
     write_image(tmp_path / "a.exr", RADIANCE[:channels])

@@ -1,11 +1,13 @@
 """The cross-check on planted mistakes: images of the independent renderer stand in for peers."""
 
+import io
 import math
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from nusselt.experiments.independent.mistakes import MISTAKES
 from nusselt.experiments.independent.render import Options, render
@@ -13,6 +15,10 @@ from nusselt.experiments.independent.steps import RIGHT
 from nusselt.experiments.peers.arbiter import arbiter_of
 from nusselt.experiments.peers.cross import CrossQuestion, cross_check
 from nusselt.experiments.peers.entrant import Entrant
+from nusselt.experiments.peers.environment import Environments
+from nusselt.experiments.peers.renderers import PEERS
+from nusselt.experiments.peers.tables import matrix_table, peers_table, without
+from nusselt.experiments.results.rows import percent
 from nusselt.renderer.scene_text import parse_scene
 
 TEXT = """size 32 24
@@ -146,3 +152,30 @@ def test_pixels_of_two_lights_are_not_held_against_a_renderer_of_areas():
     shown = found.truths["area"].reference.mean[:, found.emitter]
     assert shown.shape[1] > 0
     assert {tuple(colour) for colour in shown.T} <= {(5.0, 5.0, 4.0), (0.0, 0.0, 9.0)}
+
+
+@pytest.mark.parametrize("width", [80, 100, 140])
+def test_tables_have_every_number_whole_at_any_width(width, tmp_path):
+    found = cross(entrant("gamma", change=shifted))
+    page = io.StringIO()
+    told = Console(file=page, width=width)
+    many = replace(found, entrants=found.entrants * 2)  # the names of as many renderers as there are
+    told.print(matrix_table(many, width))
+    told.print(peers_table(PEERS, Environments(tmp_path), width))
+    lines = page.getvalue().splitlines()
+    assert max(map(len, lines)) <= width
+    for name, one in found.exact.items():
+        assert any(name in line and f"{percent(one.bias, 4, True, '')} ± " in line for line in lines)
+        for other in found.exact:
+            if (name, other) in found.pairs:
+                bias = percent(found.pairs[name, other].bias, 4, True, "")
+                assert any(name in line and bias in line for line in lines)
+    for peer in PEERS:
+        for cell in (peer.title, peer.rule, str(peer.megabytes)):
+            assert any(peer.name in line and cell in line for line in lines)
+
+
+def test_who_is_not_there_is_said_once():
+    one = replace(cross(), missing={"povray": "not installed"})
+    other = replace(one, missing={"povray": "not installed", "cycles": "no sky"}, scene=one.scene.with_(name="other"))
+    assert without([one, other]) == ["without povray: not installed", "other: without cycles: no sky"]

@@ -12,7 +12,7 @@ from browser import chromium, complaints, missing
 from click.testing import CliRunner
 
 from nusselt.experiments.cli.main import main
-from nusselt.experiments.images.distance import Pair, relative_mse, similarity, z_scores
+from nusselt.experiments.images.distance import Pair, flip, relative_mse, similarity, z_scores
 from nusselt.experiments.images.read import size_of
 from nusselt.experiments.images.write import write_image
 
@@ -79,13 +79,44 @@ def test_images_of_unequal_size_are_refused_in_one_line(suffix, tmp_path):
     assert not (tmp_path / "x.html").exists()
 
 
+def evaluate(reference, test, kind, inputsRGB, applyMagma, parameters=None):
+    """FLIP's package as far as exposures go: of a dark median it finds 2^24. It is to be asked about light alone."""
+    given = parameters or {}
+    assert given or reference.any()
+    stop = given.get("stopExposure", 24.0 if np.median(reference) == 0 else 2.0)
+    told = {"startExposure": 1.0, "stopExposure": stop, "numExposures": 2}
+    return None, min(1.0, float(np.abs(reference - test).mean()) * 2**stop), told
+
+
+@pytest.mark.parametrize("real", [False, True])
+def test_flip_of_dark_images_sees_no_more_than_people(real, monkeypatch):
+    if real:
+        pytest.importorskip("flip_evaluator")
+    else:
+        monkeypatch.setitem(sys.modules, "flip_evaluator", types.SimpleNamespace(evaluate=evaluate))
+    dark = np.where(np.arange(32) < 8, RASTER, 0.0)
+    faint = np.where(np.arange(32) < 8, RASTER, 1e-7)
+    value, kind = flip(Pair(faint[None], dark[None]))
+    assert value < 1e-3
+    assert "what shows light" in kind
+    assert flip(Pair(RASTER[None] + 1e-7, RASTER[None]))[1] == "HDR-FLIP"
+    assert flip(Pair(np.where(np.arange(32) < 1, np.nan, dark)[None], dark[None]))[0] == 0
+
+
+def test_flip_is_asked_about_light_alone(monkeypatch):
+    monkeypatch.setitem(sys.modules, "flip_evaluator", types.SimpleNamespace(evaluate=evaluate))
+    black = np.zeros_like(RASTER)
+    assert flip(Pair(black[None], black[None]))[0] == 0
+    assert 0 < flip(Pair(RASTER[None], black[None]))[0] <= 1
+
+
 @pytest.mark.parametrize("there", [True, False])
 def test_flip_is_measured_where_its_package_is_there_and_said_where_not(there, files, monkeypatch):
     module = types.SimpleNamespace(evaluate=lambda reference, test, *kind, **how: (None, float(test.mean()), {}))
     monkeypatch.setitem(sys.modules, "flip_evaluator", module if there else None)
     done = diff(files / "a1.exr", files / "b1.exr", "-o", files / "x.html")
     assert ("FLIP not measured" in done.output) != there
-    assert ("pip install flip-evaluator" in (files / "x.html").read_text()) != there
+    assert ("nusselt[flip]" in (files / "x.html").read_text()) != there
 
 
 @pytest.mark.browser

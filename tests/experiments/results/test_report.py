@@ -29,6 +29,7 @@ from nusselt.experiments.results.report.pixels import (
     pack_all,
     total_size,
 )
+from nusselt.experiments.results.report.plots import error_figure
 from nusselt.experiments.results.summary import facts, headline
 from nusselt.experiments.results.work_precision import curves, races, seconds_of
 
@@ -269,6 +270,15 @@ def test_points_without_noise_of_their_own_make_no_curve():
     above = row("a") | {"mse_relative": 1e-4, "mse_relative_standard_error": 1e-6}
     assert not curves([below], "a")
     assert curves([above], "a")[0].points[0].error == pytest.approx(1e-2)
+
+
+def test_an_error_figure_needs_two_numbers_of_samples_and_has_whole_decades():
+    alike = [timed("a", "ours", "area", scale)[1] for scale in (0.195, 0.2)]
+    assert error_figure(curves(alike, "a"), "x") is None
+    near = [line | {"seconds": {"median": 0.78 + 0.002 * line["samples"]}} for line in timed("a", "ours", "area", 1)]
+    words = re.findall(r"<text[^>]*>(.*?)</text>", error_figure(curves(near, "a"), "x").svg, flags=re.DOTALL)
+    assert words
+    assert not any("×" in word for word in words)
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from browser import chromium, complaints, missing, prefer, requests
 from PIL import Image
+from places import ROOT
 from report_folder import HOSTILE, RASTER, SIZE, row, small_folder, write_images
 
 from nusselt.experiments.results.document import document, write_json
@@ -255,6 +256,24 @@ def width_of(browser, pixels: int):
 def test_it_fits_a_telephone(browser):
     with width_of(browser, 390):
         assert browser.execute_script("return document.documentElement.scrollWidth") <= 390
+
+
+VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+
+
+def test_choices_and_long_numbers_stay_inside_a_telephone(opened, tmp_path):
+    views = "".join(f"<label><input type=radio><span>{word}</span></label>" for word in ("With mistake",) * 6)
+    body = f'<main><fieldset class="choice views">{views}</fieldset><p><code>{"0123456789abcdef" * 6}</code></p></main>'
+    style = (ROOT / "experiments/results/report/style.css").read_text(encoding="utf-8")
+    (tmp_path / "page.html").write_text(f"{VIEWPORT}<style>{style}</style>{body}", encoding="utf-8")
+    with width_of(opened, 390):
+        opened.get((tmp_path / "page.html").as_uri())
+        script = """return [document.documentElement.scrollWidth,
+          Math.max(...[...document.querySelectorAll('.choice span')].map((e) => e.getClientRects()[0].right)),
+          Math.max(...[...document.querySelectorAll('.choice span')].map((e) => e.getClientRects()[0].height))];"""
+        width, right, height = opened.execute_script(script)
+    assert max(width, right) <= 390
+    assert height < 40, "words of a choice on two lines"
 
 
 @pytest.mark.parametrize("pixels", [420, 1000])

@@ -12,7 +12,8 @@ from rich.console import Console
 from nusselt.experiments.cli.stability import show
 from nusselt.experiments.results.columns import COLUMNS
 from nusselt.experiments.results.study_tables import table
-from nusselt.experiments.results.tables import closing, console, verdict_table
+from nusselt.experiments.results.tables import closing, console, say, say_command, verdict_table
+from nusselt.experiments.sensors.table import sensor_table
 from nusselt.experiments.verdict.decision import AS_CLAIMED
 
 
@@ -137,3 +138,83 @@ def test_columns_are_repeated_until_rows_are_told_apart():
     heads = [line.split() for line in page.getvalue().splitlines() if "scene" in line]
     assert len(heads) > 1
     assert all(head[:2] == ["scene", "target"] for head in heads)
+
+
+def test_columns_that_tell_rows_apart_are_repeated_wherever_they_stand():
+    rows = [
+        {"what": what, "order": 2.0 if what == "a" else None, "height": height}
+        | {f"figure{n}": n + height for n in range(9)}
+        for what in "ab"
+        for height in (1, 2)
+    ]
+    page = io.StringIO()
+    Console(file=page, width=60).print(table(rows, "made-up: rows", 60))
+    heads = [line.split() for line in page.getvalue().splitlines() if "what" in line]
+    assert len(heads) > 1
+    assert all(head[:2] == ["what", "height"] for head in heads)
+
+
+def test_of_many_rows_the_ones_not_as_claimed_are_shown_by_their_names_and_the_rest_counted():
+    rows = [{"name": f"case {n}, in more than forty characters of words", "error": 0.5 * n} for n in range(300)]
+    for row in rows:
+        row["as_claimed"] = row["error"] != 100
+    page = io.StringIO()
+    Console(file=page, width=80).print(table(rows, "made-up: rows", 80))
+    said = page.getvalue()
+    assert said.index("case 200,") < said.index("case 0,")
+    assert "100 of 300 rows" in said
+    assert "(1)" not in said
+    assert len(said.splitlines()) < 320
+
+
+@pytest.mark.parametrize("width", [80, 100, 140])
+def test_sentences_end_between_words_on_a_terminal_and_are_one_line_elsewhere(width):
+    words = [f"word{n:03}" for n in range(60)] + [":star:", "[bold]"]
+    for terminal in (True, False):
+        page = io.StringIO()
+        told = Console(file=page, width=width, force_terminal=terminal, emoji=False, highlight=False)
+        say(told, " ".join(words))
+        lines = page.getvalue().splitlines()
+        assert " ".join(lines).split() == words
+        assert len(lines) == 1 or max(map(len, lines)) <= width
+        assert (len(lines) > 1) is terminal
+
+
+def test_a_command_is_one_line_on_any_terminal():
+    page = io.StringIO()
+    say_command(Console(file=page, width=40, force_terminal=True), f"again: {'nusselt ' * 20}")
+    assert page.getvalue().count("\n") == 1
+
+
+@pytest.mark.parametrize("width", [80, 100, 140])
+def test_readings_of_sensors_are_whole(width):
+    rows = [
+        {
+            **{"scene": "sens", "sensor": k, "estimator": "area", "samples": 25, "stratified": True},
+            **{"position": [1.2346, -1.0, 0.5 * k], "normal": [0.0, 1.0, 0.1 * k]},
+            **{"reading": [2.29453 + k] * 3, "reading_standard_error": [0.003] * 3},
+            **{"reference_reading": [2.30012 + k] * 3, "reference_standard_error": [1e-5] * 3},
+            **{"difference_interval": [-0.37439 - k, -0.37182 - k], "expected_reading": [6.0 + k] * 3},
+            **{"expected_interval": [-0.37438 - k, -0.37181 - k], "verdict": "undecided", "as_claimed": None},
+        }
+        for k in (1, 2)
+    ]
+    page = io.StringIO()
+    Console(file=page, width=width).print(sensor_table(rows, width))
+    said = page.getvalue()
+    assert max(map(len, said.splitlines())) <= width
+    for whole in ("-137.439 to -137.182", "-137.438 to -137.181", "3.29453 ± 0.003", "3.30012 ± 1e-05", "undecided"):
+        assert whole in said
+    assert said.count("area 25 stratified") == 1
+
+
+def test_what_a_verdict_does_not_say_is_said_beside_it():
+    consistent = row("quad", "differs", 0.02) | {"claim": "consistent", "as_claimed": True}
+    assert closing([consistent, ROWS[0]]) == "1 of 2 agrees; quad area 25 stratified differs as claimed"
+    assert any("differs as claimed" in line for line in told(140, [consistent]))
+    assert not any("claimed" in line for line in told(140))
+
+
+def test_of_many_rows_that_differ_six_are_named():
+    many = [row(f"scene{n}", "differs", 0.02) for n in range(20)]
+    assert closing(many).endswith("scene5 area 25 stratified and 14 more differ")

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from nusselt.experiments.workers import LIVES, SturdyPool
+from nusselt.experiments import workers
+from nusselt.experiments.workers import LIVES, SturdyPool, worker_pool
 from nusselt.renderer.errors import WorkerLost
 
 
@@ -58,6 +59,25 @@ def test_workers_end_with_a_parent_that_was_killed(tmp_path):
     while Path(f"/proc/{name}").exists() and time.monotonic() < until:
         time.sleep(0.05)
     assert not Path(f"/proc/{name}").exists()
+
+
+def rest(folder: str) -> None:
+    """A long job, which says that it has begun and that it has ended."""
+    (Path(folder) / "begun").touch()
+    time.sleep(40)
+    (Path(folder) / "ended").touch()
+
+
+def test_what_interrupts_a_command_waits_for_no_job(tmp_path, monkeypatch):
+    monkeypatch.setattr(workers, "cores", lambda: 2)
+    with pytest.raises(KeyboardInterrupt), worker_pool() as pool:  # noqa: PT012
+        future = pool.submit(rest, str(tmp_path))
+        until = time.monotonic() + 30
+        while not (tmp_path / "begun").exists() and time.monotonic() < until:
+            time.sleep(0.05)
+        raise KeyboardInterrupt
+    assert [path.name for path in tmp_path.iterdir()] == ["begun"]
+    assert future.cancelled()
 
 
 @pytest.fixture(scope="module")

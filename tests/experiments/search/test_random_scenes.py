@@ -245,7 +245,7 @@ def test_a_batch_is_a_row_that_tables_page_and_files_can_tell():
     bad |= {"small": [{"name": "x.test", "text": "# x"}]}
     assert search_files([row, bad])["x.test"] == "# x"
     assert "IndexError" in search_page([row, bad])
-    assert search_table([row, bad]).renderables
+    assert search_table([row, bad], 80).renderables
 
 
 def test_scenes_are_asked_for_by_number_by_name_or_by_file():

@@ -30,9 +30,13 @@ def marked(experiment):
 
 
 @pytest.mark.parametrize("experiment", [marked(experiment) for experiment in EXPERIMENTS])
-def test_all_of_a_study_runs(experiment, tmp_path, monkeypatch):
+def test_all_of_a_study_runs(experiment, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(run, "worker_pool", nullcontext)  # starting workers takes longer than the jobs
+    monkeypatch.setenv("COLUMNS", "80")
     run_experiments([experiment], Request(Settings(tiny=True, seed=3), out=tmp_path))
+    told = capsys.readouterr().out.splitlines()
+    assert not [line for line in told if "…" in line], "a cell that is cut off"
+    assert max((len(line) for line in told if "─" in line), default=0) <= 80
     rows = read_json(tmp_path / "results.json")["rows"]
     assert rows
     for row in rows:
