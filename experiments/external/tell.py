@@ -35,8 +35,8 @@ def tell(row: dict[str, Any], table: Console) -> None:
     say(table, _power(row))
     for name, (low, high) in row["course_expected"].items():
         scores = ", ".join(_score(score[name]) for score in row["course_scores"])
-        kind = "course bias" if name == "bias" else 'course "variance"'
-        table.print(f"{kind:18} {scores}   (our {_compared(row)}: {low:.2f} to {high:.2f})", markup=False)
+        kind, sign = ("course bias", "the reference less yours; ") if name == "bias" else ('course "variance"', "")
+        table.print(f"{kind:18} {scores}   ({sign}our {_compared(row)}: {low:.2f} to {high:.2f})", markup=False)
     _tell_mistakes(row, table)
     _tell_convergence(row, table)
     for warning in row["warnings"]:
@@ -56,7 +56,8 @@ def _tell_mistakes(row: dict[str, Any], table: Console) -> None:
     if row["non_finite"]:
         say(table, "look: 0 / 0, a root of less than 0, a vector of no length, an overflow")
     elif not mistakes:
-        say(table, "it looks like none of the mistakes that are known here")
+        more = ": a second seed may tell more" if row["passes"] == 1 else ""
+        say(table, f"it looks like none of the mistakes that are known here{more}")
     for number, mistake in enumerate(mistakes):
         start = "it looks like" if number == 0 else "or, no worse,"
         share = f"{mistake['explained']:.1%} of the difference beyond noise"
@@ -83,17 +84,19 @@ def _tell_convergence(row: dict[str, Any], table: Console) -> None:
             f"{entry['seconds_median']:.2f}",
         )
     table.print(found)
-    for name in ("samples", "seconds") if len(told["rows"]) > 1 else ():
-        value = told[f"slope_{name}"]
-        say(table, f"RMS falls as {name} to the power {'unknown' if value is None else f'{value:+.2f}'}")
+    if len(told["rows"]) > 1:
+        slopes = {name: told[f"slope_{name}"] for name in ("samples", "seconds")}
+        known = [f"as {name} to the power {value:+.2f}" for name, value in slopes.items() if value is not None]
+        say(table, f"RMS falls {', '.join(known)}" if known else "how the RMS falls is not known")
 
 
 def _power(row: dict[str, Any]) -> str:
     """What would have been found: the bias, and what else there is a rule for."""
     if not row["pixels"]["shaded"]:
-        return "it finds nothing: no pixel of a surface can be judged"
+        return "nothing would have been found: no pixel of a surface can be judged"
     sizes = {"bias": row["minimum_detectable_bias"], **row["finds"]}
     known = {name: size for name, size in sizes.items() if name in FOUND and size is not None}
     least = ", ".join(FOUND[name].format(f"{size:.2%}") for name, size in known.items() if size < 1)
-    blind = " and ".join(name.replace("rms", "RMS") for name, size in known.items() if size >= 1)
-    return f"it finds, with 99 % power: {', '.join(filter(None, (least, blind and f'no {blind} below 100 %')))}"
+    blind = ", ".join(f"no {name.replace('rms', 'RMS')}" for name, size in known.items() if size >= 1)
+    less = blind and f"{blind} below 100 %"
+    return f"would have been found, with 99 % power: {', '.join(filter(None, (least, less)))}"

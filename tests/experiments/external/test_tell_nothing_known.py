@@ -47,9 +47,9 @@ def test_what_is_not_finite_is_said_with_its_usual_causes(row):
 
 def test_nothing_is_said_to_be_found_where_nothing_can_be(row):
     blind = row | {"minimum_detectable_bias": 1550.14, "finds": {"contrast": 3.0, "rms": 0.5, "pixel": None}}
-    assert "it finds, with 99 % power: an RMS of 50.00%, no bias and contrast below 100 %" in told(blind)
+    assert "would have been found, with 99 % power: an RMS of 50.00%, no bias, no contrast below 100 %" in told(blind)
     empty = row | {"pixels": row["pixels"] | {"shaded": 0}}
-    assert "it finds nothing" in told(empty)
+    assert "nothing would have been found" in told(empty)
 
 
 def test_an_error_of_no_finite_pixel_is_none_and_no_warning(row):
