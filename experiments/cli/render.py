@@ -8,10 +8,10 @@ import click
 
 from nusselt.experiments.check.draw import Drawing, draw
 from nusselt.experiments.check.layers import drawn_layers
-from nusselt.experiments.check.request import Reading
+from nusselt.experiments.check.request import SizedReading
 from nusselt.experiments.images.write import check_image_name, write_image
 from nusselt.experiments.results.layers import check_layered_name, write_layers
-from nusselt.experiments.terminal.options import Sampling, cluster_option, reading_options, sampling_options
+from nusselt.experiments.terminal.options import Sampling, cluster_option, sampling_options, sized_reading_options
 from nusselt.experiments.terminal.places import Place
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.workers import PATIENCE, worker_pool
@@ -22,7 +22,7 @@ from nusselt.experiments.workers import PATIENCE, worker_pool
 @click.option("-o", "--output", type=Place(), required=True, help="IMAGE.png, .exr or .npy")
 @click.option("--estimator", metavar="NAME", help="Instead of the one the scene asks for; see: nusselt list.")
 @sampling_options
-@reading_options
+@sized_reading_options
 @cluster_option
 @click.option("--bits", type=click.Choice(["8", "16"]), help="Of a .png's levels; 8 unless said.")
 @click.option("--aovs", is_flag=True, help="Into an .exr, in layers: lights, visibility, depth, normal, albedo, noise.")
@@ -33,7 +33,7 @@ def command(
     output: Path,
     estimator: str | None,
     sampling: Sampling,
-    reading: Reading,
+    reading: SizedReading,
     cluster: str | None,
     bits: str | None,
     aovs: bool,

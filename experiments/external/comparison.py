@@ -24,6 +24,7 @@ from nusselt.renderer.image import Image
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
+from nusselt.renderer.words import count as counted
 
 from .against import ALIKE, Against, Brought, judged_against
 from .areas import against_areas, may_be_areas
@@ -151,6 +152,11 @@ def _warnings(scene: Scene, brought: Brought, shown: Against, estimator: Estimat
             f"{said}: levels are taken for linear" for said in dict.fromkeys(r.encoding for r in brought.raws) if said
         ]
     sides, seen, count = shown.sides, shown.seen, len(brought.raws)
+    if seen.back_faces:
+        found.append(
+            f"{counted(seen.back_faces, 'pixel', 'shows')} the back of a one-sided surface, which is black; with "
+            "--two-sided backs reflect too"
+        )
     if count > len(shown.raws):
         found.append(
             f"{count - len(shown.raws)} of {count} images are repeated bit by bit: your renderer does not use the "
@@ -169,7 +175,7 @@ def _warnings(scene: Scene, brought: Brought, shown: Against, estimator: Estimat
         )
     elif shown.verdict.noise_word in ("noisier", "quieter"):
         noisy = estimator if shown.noise.least else Area(samples=estimator.samples)
-        found.append(f"the expected variance is that of our {described(noisy)} (--estimator, --samples)")
+        found.append(f"the expected variance is that of our {described(noisy)} (--estimator, --samples, --no-stratify)")
     if sides.saturated:
         found.append(f"{sides.saturated} shaded pixels can be cut off at the top of the range: masked, not judged")
     if shown.quantiser.top and not brought.rule_given:

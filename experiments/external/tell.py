@@ -64,7 +64,7 @@ def _tell_mistakes(row: dict[str, Any], table: Console) -> None:
         say(table, f"{start} {mistake['name']}: {mistake['detail']} ({share})")
     if mistakes:
         say(table, f"look: {mistakes[0]['hint']}")
-        say(table, f"a right image would be named so wrongly in at most {mistakes[0]['named_wrongly']:.0%} of cases")
+        say(table, f"of right images at most {mistakes[0]['named_wrongly']:.0%} are given a name")
     for place in row["where"]:
         say(table, f"where: {place}")
 

@@ -71,7 +71,7 @@ def references(rows: list[Row], otherwise: str = "a reference") -> str:
     names = [row["reference"] for row in rows if isinstance(row.get("reference"), dict)]
     every = [(str(r["renderer"]), r.get("version") or "") for r in names if r.get("renderer")]
     found = {f"{name.capitalize()} {version}".strip() for name, version in every if not name.startswith(OWN)}
-    own = ["our own images"] if any(name.startswith(OWN) for name, _ in every) else []
+    own = ["the exact image"] if any(name.startswith(OWN) for name, _ in every) else []
     return " and ".join(sorted(found) + own) or otherwise
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -113,6 +113,16 @@ def test_judged_are_the_images_of_most_samples():
     assert (found.row["samples"], found.row["passes"], found.verdict) == (64, 4, "differs"), str(found)
     assert found.row["brought"] == ["seed 9", "seed 10", "seed 11", "seed 12"]
     assert nusselt.check(OPEN, renderer=brighter, samples=4, steps=1, margin=2e-3).verdict == "undecided"
+
+
+def test_backs_that_are_seen_are_told_to_whose_renderer_lights_them():
+    turned = replace(floor(), triangles=floor().triangles[::-1])
+    back = scene(turned, lights=(lamp(),), size=(24, 18), name="back")
+    both = ours(back.with_(two_sided=True), 9, 1)
+    found = nusselt.check(back, images=[both], margin=0.05)
+    assert found.verdict == "differs"
+    assert any("back of a one-sided surface" in said and "--two-sided" in said for said in found.row["warnings"])
+    assert nusselt.check(back, images=[both], margin=0.05, two_sided=True).verdict != "differs"
 
 
 def test_a_scene_may_be_checked_in_fewer_pixels(tmp_path):
