@@ -2,11 +2,13 @@
 
 E = |h| integral of z / |v|^4 du dv, v = p + u e1 + v e2, h = (e1 x e2) . p, z = n . v. Every term is positive, so
 nothing cancels at any solid angle; h and z carry what the inputs' rounding leaves of them. With k nodes a side the
-quadrature's error is below (|e| / 4R)^2k.
+quadrature's error is below FACTOR (|e| / REACH R)^2k of the light's area over R^2: 0.76 of it at most over 570,000 lights,
+needles and grazing ones among them.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,7 @@ NODES = ((0.04, 4), (0.13, 6), (0.36, 9))
 """Up to which longer side over distance of the centre how many nodes a side leave 2e-16."""
 LARGEST = NODES[-1][0]
 ROUNDINGS = 4.0
+FACTOR, REACH = 3.0, 2.6
 
 
 def size_over_distance(p: Floats, ab: Floats, ac: Floats) -> Floats:
@@ -30,6 +33,17 @@ def nodes_for(size: float, dtype: np.dtype[Any]) -> int:
     """Nodes a side for a light of that size over distance."""
     enough = next(nodes for limit, nodes in NODES if size <= limit)
     return enough if dtype == np.float64 else (enough + 2) // 2
+
+
+def fewest_nodes(error: float) -> int:
+    """Nodes a side for lights up to the largest size, if their area over R^2 may be missed by that much of itself."""
+    wanted = math.log(FACTOR / error) / (2 * math.log(REACH / LARGEST))
+    return min(max(1, math.ceil(wanted)), NODES[-1][1])
+
+
+def quadrature_error(size: Floats, nodes: int) -> Floats:
+    """What so many nodes a side leave, at most, of lights of these sizes over distance (k,): of their area over R^2."""
+    return FACTOR * (size / REACH) ** (2 * nodes)
 
 
 def small_irradiance(p: Floats, ab: Floats, ac: Floats, n: Floats, nodes: int) -> tuple[Floats, Floats]:
