@@ -2,8 +2,8 @@
 
 E = |h| integral of z / |v|^4 du dv, v = p + u e1 + v e2, h = (e1 x e2) . p, z = n . v. Every term is positive, so
 nothing cancels at any solid angle; h and z carry what the inputs' rounding leaves of them. With k nodes a side the
-quadrature's error is below FACTOR (|e| / REACH R)^2k of the light's area over R^2: 0.76 of it at most over 570,000 lights,
-needles and grazing ones among them.
+quadrature's error is below FACTOR (|e| / REACH R)^2k of the light's area over R^2: 0.76 of it at most over 570,000
+lights, needles and grazing ones among them.
 """
 
 from __future__ import annotations

@@ -34,7 +34,15 @@ def fill_centres(
     return found.value, found.bound, found.bound > 0
 
 
-def fill(region: Ints, parts: Parts, evaluate: Evaluate, allowed: Callable[[Floats], float], alone: Bools) -> Filled:
+def fill(
+    region: Ints,
+    parts: Parts,
+    evaluate: Evaluate,
+    allowed: Callable[[Floats], float],
+    alone: Bools,
+    few: int = 0,
+    channels: int = 3,
+) -> Filled:
     """Radiance at all centres whose region is at least 0, and of all pieces.
 
     Parameters
@@ -47,10 +55,14 @@ def fill(region: Ints, parts: Parts, evaluate: Evaluate, allowed: Callable[[Floa
         From the first values (3, n) to the RMS error that interpolated values may have (norm over the channels).
     alone : (h, w) bool
         Pixels that others tell nothing of: no square that shows one is filled with its region.
+    few : int
+        Values that are evaluated sooner than it is seen which can be interpolated.
+    channels : int
+        Of radiance.
     """
-    work = Filling(region, parts, evaluate, alone)
+    work = Filling(region, parts, evaluate, alone, channels)
     budget, step = None, work.step
-    while step >= 2:
+    while step >= 2 and (budget is None or work.left > few):
         values = work.ask(step)
         if budget is None:
             budget = Budget.of(allowed(values), int((~work.known).sum()) + parts.pieces.cell.size)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -13,13 +15,13 @@ from nusselt.renderer.vectors import Bools, Floats, Ints
 from .doubt import doubtful
 from .fill import fill
 from .filling import Parts
-from .first_estimates import Known, first_estimates, means
+from .first_estimates import Known, first_estimates, means, summed
 from .interpolation import WITHIN, error_bound
 from .moments import Pieces
 from .refine import UNSEEN, Items
 from .regions import Regions
 from .sampled import shares_error
-from .shade import Palette, Shader, surface_of, unshadowed
+from .shade import Palette, Shader, surface_of
 from .small_faces import SmallFaces
 from .whole_pixels import EDGE, Shown
 
@@ -27,6 +29,8 @@ SHARE = 0.5
 """Of the tolerance, that interpolated values may spend."""
 FITTED = 0.25
 """The same, that values on small faces may be fitted to."""
+FEW = 2048
+"""Values without a shadow that cost less than to tell which of them follow from others."""
 SQUARE = 8
 """Pixels in a side of the squares in which shadows that fit in a pixel are looked for first."""
 AROUND = 1.25
@@ -34,6 +38,9 @@ AROUND = 1.25
 DEEP = 1 / 64
 """Of the unshadowed radiance, below which nothing follows from what is around: how much of a light is seen grows with
 the square of the way into the penumbra, or its cube, from nothing."""
+
+Shade = Callable[[Floats, Floats, Ints], Floats]
+"""From image points (n,) and their regions to radiance (c, n)."""
 
 
 @dataclass(frozen=True)
@@ -44,14 +51,21 @@ class First:
     ----------
     items : Items
         What may be refined.
-    image : (3, h, w) float64
-        Sum of what is not: whole pixels, and pieces times their area.
+    image : (c, h, w) float64
+        Whole pixels that are not; 0 elsewhere. See `Palette.told`.
+    surface : (h, w) int64
+        What pixels show; see `surface_of`.
+    pieces, piece : Pieces, (c, k) float64
+        And pieces that are not.
     square, settled : float
         Sum of all squared radiance; and of the squared errors allowed to what is not refined.
     """
 
     items: Items
     image: Floats
+    surface: Ints
+    pieces: Pieces
+    piece: Floats
     square: float
     settled: float
 
@@ -67,9 +81,8 @@ def first_values(
         Of the light that can be blocked.
     """
     width = shown.region.shape[1]
-    surface = surface_of(np.maximum(shown.region, -1), regions.surfaces)
-    region = np.where((shown.region != EDGE) & palette.reflects[surface], shown.region, EDGE)
-    del surface
+    surface = surface_of(shown.region, regions.surfaces)
+    region = np.where(np.take(palette.reflects, surface), shown.region, EDGE)
     mine = np.flatnonzero(palette.reflects[surface_of(shown.pieces.region, regions.surfaces)])
     pieces = shown.pieces.take(mine)
     alone, own = _doubtful(regions, needs, region, pieces)
@@ -89,16 +102,20 @@ def first_values(
     def allowed(first: Floats) -> float:
         return SHARE * tolerance * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
 
-    found = fill(region, Parts(pieces, own, own | rough), evaluate, allowed, alone)
-    known = Known.of(found.value.sum(axis=0), region, pieces, found.piece.sum(axis=0))
+    few = 0 if any(not source.blockers.none for source in needs.sources) else FEW
+    channels = 3 if palette.tint is None else 1
+    found = fill(region, Parts(pieces, own, own | rough), evaluate, allowed, alone, few, channels)
+    known = Known.of(found.value, region, pieces, found.piece)
     # What others tell nothing of tells nothing of its neighbours.
     image = means(found.value, np.where(alone, EDGE, region) if alone.any() else region)
-    pixel, part = np.flatnonzero((region != EDGE) & (found.bound == 0)), np.flatnonzero(found.piece_bound == 0)
-    value = np.hstack((image.reshape(3, -1)[:, pixel], found.piece[:, part]))
+    cut = region == EDGE
+    pixel, part = np.flatnonzero(~cut & (found.bound == 0)), np.flatnonzero(found.piece_bound == 0)
+    value = np.hstack((image.reshape(channels, -1)[:, pixel], found.piece[:, part]))
     items = Items.of(pixel, region.ravel()[pixel], pieces.take(part), value, width)
     unsure = np.concatenate((alone.ravel()[pixel], own[part]))
-    _estimate(items, regions, needs, known, unsure, np.concatenate((np.zeros(pixel.size, dtype=bool), rough[part])))
-    image[:, region == EDGE] = 0
+    free = partial(shade.free, regions, needs)
+    _estimate(items, free, known, unsure, np.append(np.zeros(pixel.size, dtype=bool), rough[part]), _may_end(needs))
+    np.copyto(image, 0.0, where=cut)
     lit = found.piece * pieces.area
     square = float(np.einsum("chw,chw->", image, image)) + float(np.einsum("ck,ck->", lit, lit))
     settled = float(np.einsum("hw,hw->", found.bound, found.bound, dtype=np.float64))
@@ -111,11 +128,9 @@ def first_values(
         settled += shares_error(fitted.pixel[of_pieces], fitted.value[:, of_pieces], shown.sampled)
         square += float(((fitted.value * fitted.area) ** 2).sum())
         items = Items.joined(items, fitted)
-    image.reshape(3, -1)[:, pixel] = 0
+    image.reshape(channels, -1)[:, pixel] = 0
     done = np.flatnonzero(found.piece_bound > 0)
-    for out, light in zip(image.reshape(3, -1), lit, strict=True):
-        out += np.bincount(pieces.cell[done], light[done], out.size)
-    return First(items, image, square, settled)
+    return First(items, image, surface, pieces.take(done), found.piece[:, done], square, settled)
 
 
 def _doubtful(regions: Regions, needs: Needs, region: Ints, pieces: Pieces) -> tuple[Bools, Bools]:
@@ -153,7 +168,7 @@ def _near_doubt(regions: Regions, needs: Needs, region: Ints) -> Ints:
     return np.flatnonzero(some)
 
 
-def _estimate(items: Items, regions: Regions, needs: Needs, known: Known, unsure: Bools, rough: Bools) -> None:
+def _estimate(items: Items, free: Shade, known: Known, unsure: Bools, rough: Bools, may_end: bool) -> None:
     """Estimates of the items' errors; see `refine` for the rules."""
     estimate = np.full(items.pixel.size, np.inf)
     pixel = items.pixel[items.whole]
@@ -161,13 +176,13 @@ def _estimate(items: Items, regions: Regions, needs: Needs, known: Known, unsure
     lone = np.flatnonzero(~np.isfinite(estimate))
     size, brightest = np.sqrt((items.value**2).sum(axis=0)), np.zeros(items.pixel.size)
     estimate[lone], brightest[lone] = first_estimates(
-        known, items.pixel[lone], items.region[lone], items.x[lone], items.y[lone], items.value.sum(axis=0)[lone]
+        known, items.pixel[lone], items.region[lone], items.x[lone], items.y[lone], summed(items.value[:, lone])
     )
     # A dark value proves nothing where it is doubtful: what is beside it may be the truth of half the piece.
     estimate = np.where(rough, np.maximum(size, brightest / math.sqrt(3)), estimate)
-    most, some = np.zeros(items.pixel.size), np.union1d(np.flatnonzero(unsure), lone if _may_end(needs) else lone[:0])
-    free = unshadowed(regions, needs, items.x[some], items.y[some], items.region[some])
-    most[some] = np.sqrt((free**2).sum(axis=0))
+    most, some = np.zeros(items.pixel.size), np.union1d(np.flatnonzero(unsure), lone if may_end else lone[:0])
+    if some.size:
+        most[some] = np.sqrt((free(items.x[some], items.y[some], items.region[some]) ** 2).sum(axis=0))
     items.estimate[:] = np.where(unsure, np.maximum(estimate, UNSEEN * most), estimate) * items.area
     items.dark[:] = (size < DEEP * most) & (items.estimate < UNSEEN * most)
     items.lost[:] = np.where(unsure, UNSEEN * most, 0.0) * items.area

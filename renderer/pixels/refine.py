@@ -79,8 +79,8 @@ class Items:
     area, x, y : (n,) float64
         Share of the pixel, centroid.
     covariance : (3, n) float64
-    value : (3, n) float64
-        Mean radiance over the item, as far as known.
+    value : (c, n) float64
+        Mean radiance over the item, as far as known; see `shade.Palette.told`.
     estimate : (n,) float64
         Of its error (norm over the channels) times its area.
     level : (n,) int64
@@ -107,7 +107,7 @@ class Items:
 
     @classmethod
     def of(cls, pixel: Ints, region: Ints, pieces: Pieces, value: Floats, width: int) -> Items:
-        """Whole pixels (k,) and their regions, then pieces (m,), with values (3, k + m): nothing is estimated yet."""
+        """Whole pixels (k,) and their regions, then pieces (m,), with values (c, k + m): nothing is estimated yet."""
         whole = np.arange(pixel.size + pieces.cell.size) < pixel.size
         return cls(
             pixel=np.append(pixel, pieces.cell),

@@ -33,7 +33,7 @@ TRIED = 256
 """Places that are asked to find what shadows that fit in a pixel are worth."""
 
 Shade = Callable[[Ints], Floats]
-"""From numbers of places (k,) to their radiance (3, k)."""
+"""From numbers of places (k,) to their radiance (c, k)."""
 
 
 @dataclass
@@ -46,11 +46,11 @@ class Places:
         Pixels; share of the pixel.
     face, body : (n,) int64
         Which face each shows, and what that is part of: nothing is fitted across bodies.
-    free : (3, n) float64
-        Unshadowed radiance.
+    free : (c, n) float64
+        Unshadowed radiance; see `shade.Palette.told`.
     lost : (n,) float64
         What shadows that fit in a pixel somewhere on its face may be worth, radiance: no plane tells of them.
-    value : (3, n) float64
+    value : (c, n) float64
         Radiance: evaluated, or fitted.
     known : (n,) bool
         Evaluated.
@@ -208,11 +208,12 @@ def _fit(places: Places, patch: Ints, active: Ints, asked: Ints, before: Floats)
         out=np.zeros_like(before),
         where=places.free[:, asked] > 0,
     )
-    normal, right = np.zeros((count, 3, 3)), np.zeros((count, 3, 3))
+    normal, right = np.zeros((count, 3, 3)), np.zeros((count, 3, left.shape[0]))
     for i in range(3):
         for j in range(3):
             normal[:, i, j] = np.bincount(mine, weight * rows[i] * rows[j], count)
-            right[:, i, j] = np.bincount(mine, weight * rows[i] * left[j], count)
+        for j, channel in enumerate(left):
+            right[:, i, j] = np.bincount(mine, weight * rows[i] * channel, count)
     held = RIDGE * normal[:, 0, 0] / np.maximum(np.bincount(mine, minlength=count), 1)
     normal[:, range(3), range(3)] += np.where(held > 0, held, 1.0)[:, None]
     plane = np.linalg.solve(normal, right)
