@@ -160,7 +160,7 @@ def _closed_forms(given: tuple[Floats, ...], kind: np.dtype[Any], enough: float)
     smallest = 0.0
     for limit, nodes in _ladder(kind, enough):
         here = (size > smallest) & (size <= limit)
-        _fill(value, error, here, small_irradiance, (p, e1, e2, n), nodes)
+        _fill(value, error, here, small_irradiance, (p, e1, e2, n), nodes, not enough)
         smallest = limit
         if enough:
             error += quadrature_error(np.where(here, size, 0.0), nodes) * facing(np.zeros((3, 1)), p, e1, e2)
@@ -179,12 +179,12 @@ def _ladder(kind: np.dtype[Any], enough: float) -> list[tuple[float, int]]:
     return [(limit, nodes_for(limit, kind)) for limit, _ in NODES]
 
 
-def _fill(value: Floats, error: Floats, where: Bools, form: Any, vectors: tuple[Floats, ...], option: Any) -> None:
+def _fill(value: Floats, error: Floats, where: Bools, form: Any, vectors: tuple[Floats, ...], *options: Any) -> None:
     """Write one form's values and errors where it is asked for."""
     index = np.flatnonzero(where)
     if index.size:
         taken = vectors if index.size == where.size else tuple(v[:, index] for v in vectors)
-        value[index], error[index] = form(*taken, option)
+        value[index], error[index] = form(*taken, *options)
 
 
 def _sides(p: Floats, ab: Floats, ac: Floats, n: Floats) -> tuple[Bools, Bools]:
