@@ -17,6 +17,8 @@ from .squares import Groups, Members, Shares, Trials
 
 NODES = 32
 """Centres at least across the image, at first."""
+FEW = 64
+"""Regions that are not numbered anew."""
 TINY = 1e-30
 """Of a bound that is told from none."""
 
@@ -239,8 +241,10 @@ def _halved(array: Any, take: np.ufunc) -> Any:
 
 
 def _dense(*regions: Ints) -> tuple[int, list[Ints]]:
-    """How many regions there are, and arrays of their numbers in order; -1 stays."""
+    """How many regions there are at most, and arrays of their numbers, in order if they are many; -1 stays."""
     most = max(int(region.max(initial=-1)) for region in regions)
+    if most < FEW:
+        return most + 1, [np.maximum(region, -1).astype(np.int32) for region in regions]
     if most > sum(region.size for region in regions):
         kinds = np.unique(np.concatenate([region[region >= 0].ravel() for region in regions]))
         return kinds.size, [

@@ -34,6 +34,8 @@ from .whole_pixels import Shown, shown_by
 ROOM = 0.8
 """Of the tolerance, that estimates may add up to: they are no bounds. Without room the error was 0.2 of the tolerance
 at the median and 1.09 at worst, over 75 images of 15 views 64 pixels high."""
+SURE = 1e-6
+"""Share of a pixel that is none, and what lacks of all of it that is all."""
 
 
 @dataclass(frozen=True)
@@ -131,35 +133,29 @@ def _assemble(
         (first.pieces.cell, first.pieces.region, first.pieces.area * first.piece),
     ):
         _add(mean, pixel, palette.radiance(light, surface_of(region, regions.surfaces)))
+    shines = palette.seen.any(axis=0)
+    lit, cut = np.flatnonzero(np.take(shines, surface)), np.flatnonzero(shines[split])
+    mean[:, lit] += palette.seen[:, surface[lit]]
+    _add(mean, pieces.cell[cut], pieces.area[cut] * palette.seen[:, split[cut]])
+    plain = np.flatnonzero(~np.take(palette.reflects, surface))
+    bare = surface[plain]
 
-    def share(kind: Floats | Bools) -> Floats:
+    def share(kind: Bools) -> Floats:
         """Of each pixel, summed over its pieces."""
-        out = np.take(kind.astype(np.float64, copy=False), surface)
+        out = np.zeros(surface.size)
+        out[plain] = np.take(kind, bare)
         np.add.at(out, pieces.cell, pieces.area * kind[split])
-        return out
+        cut = out[pieces.cell]
+        out[pieces.cell] = np.where(cut < SURE, 0.0, np.where(cut > 1 - SURE, 1.0, cut))
+        return out.reshape(height, width)
 
-    for out, seen in zip(mean, palette.seen, strict=True):
-        if seen.any():
-            out += share(seen)
     nothing = np.arange(regions.surfaces + 2) == regions.surfaces
-    emitter, background, back = (
-        _snapped(share(kind), pieces.cell) for kind in (palette.emitter, nothing, palette.back)
-    )
-    back_faces = int(np.count_nonzero(back))
-    mean, emitter, background = (v.reshape(-1, height, width) for v in (mean, emitter, background))
-    return Image.without_noise(mean, emitter[0], background[0], back_faces, left_out)
+    back = share(palette.back) if palette.back.any() else np.zeros(0)
+    mean = mean.reshape(3, height, width)
+    return Image.without_noise(mean, share(palette.emitter), share(nothing), int(np.count_nonzero(back)), left_out)
 
 
 def _add(image: Floats, pixel: Ints, light: Floats) -> None:
-    """Add light (3, k) to the pixels (k,) of an image (3, n)."""
+    """Add light (c, k) to the pixels (k,) of an image (c, n)."""
     for out, channel in zip(image, light, strict=True):
         np.add.at(out, pixel, channel)
-
-
-def _snapped(share: Floats, cell: Ints) -> Floats:
-    """Shares of pixels, some of which are cut; within 1e-6 of nothing or all they are that."""
-    cut = share[cell]
-    cut[cut < 1e-6] = 0.0
-    cut[cut > 1 - 1e-6] = 1.0
-    share[cell] = cut
-    return share
