@@ -15,8 +15,6 @@ from .lattice import Lattice
 from .moments import Pieces
 from .squares import Groups, Members, Shares, Trials
 
-NODES = 32
-"""Centres at least across the image, at first."""
 FEW = 64
 """Regions that are not numbered anew."""
 TINY = 1e-30
@@ -69,11 +67,11 @@ class Filling:
     ``known`` are pixels that need nothing more, ``held`` those that wait for what is tried; see `fill`.
     """
 
-    def __init__(self, region: Ints, parts: Parts, evaluate: Evaluate, alone: Bools, channels: int) -> None:
+    def __init__(self, region: Ints, parts: Parts, evaluate: Evaluate, alone: Bools, channels: int, nodes: int) -> None:
         pieces, self.own = parts.pieces, parts.alone
         self.shape, self.pieces, self.evaluate = region.shape, pieces, evaluate
         self.step = 2
-        while self.step * 2 * NODES <= min(region.shape):
+        while self.step * 2 * nodes <= min(region.shape):
             self.step *= 2
         room = [(0, -size % self.step) for size in region.shape]
         self.kinds, dense = _dense(region, pieces.region)

@@ -11,9 +11,10 @@ import numpy as np
 
 from nusselt.renderer.needs import Needs
 from nusselt.renderer.vectors import Bools, Floats, Ints
+from nusselt.renderer.visibility.segments import small_triangles
 
-from .doubt import doubtful
-from .fill import fill
+from .doubt_squares import doubtful_places
+from .fill import BARE, DEAR, SHADOWED, Price, fill
 from .filling import Parts
 from .first_estimates import Known, first_estimates, means, summed
 from .interpolation import WITHIN, error_bound
@@ -29,12 +30,6 @@ SHARE = 0.5
 """Of the tolerance, that interpolated values may spend."""
 FITTED = 0.25
 """The same, that values on small faces may be fitted to."""
-FEW = 2048
-"""Values without a shadow that cost less than to tell which of them follow from others."""
-SQUARE = 8
-"""Pixels in a side of the squares in which shadows that fit in a pixel are looked for first."""
-AROUND = 1.25
-"""How much larger than a square what stands for it is: it holds all of its pixels' footprints."""
 DEEP = 1 / 64
 """Of the unshadowed radiance, below which nothing follows from what is around: how much of a light is seen grows with
 the square of the way into the penumbra, or its cube, from nothing."""
@@ -102,9 +97,9 @@ def first_values(
     def allowed(first: Floats) -> float:
         return SHARE * tolerance * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
 
-    few = 0 if any(not source.blockers.none for source in needs.sources) else FEW
     channels = 3 if palette.tint is None else 1
-    found = fill(region, Parts(pieces, own, own | rough), evaluate, allowed, alone, few, channels)
+    price = _price(regions, needs)
+    found = fill(region, Parts(pieces, own, own | rough), evaluate, allowed, alone, price, channels)
     known = Known.of(found.value, region, pieces, found.piece)
     # What others tell nothing of tells nothing of its neighbours.
     image = means(found.value, np.where(alone, EDGE, region) if alone.any() else region)
@@ -133,39 +128,23 @@ def first_values(
     return First(items, image, surface, pieces.take(done), found.piece[:, done], square, settled)
 
 
+def _price(regions: Regions, needs: Needs) -> Price:
+    """What a value costs: most where shadows are those of big meshes."""
+    if all(source.blockers.none for source in needs.sources):
+        return BARE
+    return SHADOWED if small_triangles(regions.geometry) is None else DEAR
+
+
 def _doubtful(regions: Regions, needs: Needs, region: Ints, pieces: Pieces) -> tuple[Bools, Bools]:
     """In which pixels (h, w) and pieces (n,) a shadow may fit."""
-    alone, width = np.zeros(region.shape, dtype=bool), region.shape[1]
     if not _may_end(needs):
-        return alone, np.zeros(pieces.cell.size, dtype=bool)
-    every = _near_doubt(regions, needs, region)
-    x, y = np.append(every % width + 0.5, pieces.x), np.append(every // width + 0.5, pieces.y)
-    doubt = doubtful(regions, needs.sources, x, y, np.append(region.ravel()[every], pieces.region))
-    alone.reshape(-1)[every] = doubt[: every.size]
-    return alone, doubt[every.size :]
+        return np.zeros(region.shape, dtype=bool), np.zeros(pieces.cell.size, dtype=bool)
+    return doubtful_places(regions, needs.sources, region, pieces)
 
 
 def _may_end(needs: Needs) -> bool:
     """Whether some light is blocked somewhere, or ends by itself."""
     return any(not source.blockers.none or source.light.without_rim() != source.light for source in needs.sources)
-
-
-def _near_doubt(regions: Regions, needs: Needs, region: Ints) -> Ints:
-    """Pixels (k,) that are to be filled, but for those of squares of one region in no part of which a shadow may fit.
-
-    What fits in a pixel's cone fits in that of a square around it.
-    """
-    h, w = (size // SQUARE * SQUARE for size in region.shape)
-    blocks = region[:h, :w].reshape(h // SQUARE, SQUARE, w // SQUARE, SQUARE)
-    own = blocks[:, 0, :, 0]
-    row, column = np.nonzero((own != EDGE) & (blocks == own[:, None, :, None]).all(axis=(1, 3)))
-    x, y = ((number + 0.5) * SQUARE for number in (column, row))
-    doubt = doubtful(regions, needs.sources, x, y, own[row, column], AROUND * SQUARE)
-    some = region != EDGE
-    certain = np.zeros(own.shape, dtype=bool)
-    certain[row[~doubt], column[~doubt]] = True
-    some[:h, :w] &= ~certain.repeat(SQUARE, axis=0).repeat(SQUARE, axis=1)
-    return np.flatnonzero(some)
 
 
 def _estimate(items: Items, free: Shade, known: Known, unsure: Bools, rough: Bools, may_end: bool) -> None:
