@@ -20,7 +20,7 @@ from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.flat_disks import disk_rim
 from nusselt.renderer.lights import Light
 from nusselt.renderer.needs import Source
-from nusselt.renderer.vectors import Floats, Ints, cross, dot, frame, transform, unit
+from nusselt.renderer.vectors import Floats, Ints, cross, distinct, dot, frame, transform, unit
 
 from .candidate_edges import crossings, disk_cuts
 from .edge_fragments import expand
@@ -181,7 +181,7 @@ def in_doubt(parts: Footprints, light: Light, start: Floats, end: Floats) -> NDA
     cones = Cone(parts.position, axis, parts.radius, k, farthest)
     for first in range(0, n, BLOCK):
         block = np.arange(first, min(first + BLOCK, n))
-        near = np.unique(_meet(cones.take(block), start, end, BLOCK)[1])
+        near = distinct(_meet(cones.take(block), start, end, BLOCK)[1])
         step = max(1, PAIRS // (GROUP * max(near.size, 1))) * GROUP
         for some in np.split(block, range(step, block.size, step)):
             point, edge = _near(cones.take(some), start[:, near], end[:, near])

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.renderer.vectors import Bools, Floats, Ints
+from nusselt.renderer.vectors import Bools, Floats, Ints, distinct
 
 from .error_budget import CAREFUL, Budget
 from .lattice import Lattice
@@ -244,7 +244,7 @@ def _dense(*regions: Ints) -> tuple[int, list[Ints]]:
     if most < FEW:
         return most + 1, [np.maximum(region, -1).astype(np.int32) for region in regions]
     if most > sum(region.size for region in regions):
-        kinds = np.unique(np.concatenate([region[region >= 0].ravel() for region in regions]))
+        kinds = distinct(np.concatenate([region[region >= 0].ravel() for region in regions]))
         return kinds.size, [
             np.where(region < 0, -1, np.searchsorted(kinds, region)).astype(np.int32) for region in regions
         ]

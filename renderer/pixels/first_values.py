@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from nusselt.renderer.needs import Needs
-from nusselt.renderer.vectors import Bools, Floats, Ints
+from nusselt.renderer.vectors import Bools, Floats, Ints, distinct
 from nusselt.renderer.visibility.segments import small_triangles
 
 from .doubt_squares import doubtful_places
@@ -159,7 +159,7 @@ def _estimate(items: Items, free: Shade, known: Known, unsure: Bools, rough: Boo
     )
     # A dark value proves nothing where it is doubtful: what is beside it may be the truth of half the piece.
     estimate = np.where(rough, np.maximum(size, brightest / math.sqrt(3)), estimate)
-    most, some = np.zeros(items.pixel.size), np.union1d(np.flatnonzero(unsure), lone if may_end else lone[:0])
+    most, some = np.zeros(items.pixel.size), distinct(np.append(np.flatnonzero(unsure), lone if may_end else lone[:0]))
     if some.size:
         most[some] = np.sqrt((free(items.x[some], items.y[some], items.region[some]) ** 2).sum(axis=0))
     items.estimate[:] = np.where(unsure, np.maximum(estimate, UNSEEN * most), estimate) * items.area
@@ -176,5 +176,5 @@ def _junction(every: Pieces, mine: Ints, label: Ints) -> Bools:
     region[mine] = label
     least = int(region.min(initial=0))
     base = int(region.max(initial=0)) - least + 1
-    cells, count = np.unique(np.unique(every.cell * base + (region - least)) // base, return_counts=True)
+    cells, count = np.unique(distinct(every.cell * base + (region - least)) // base, return_counts=True)
     return np.asarray(count[np.searchsorted(cells, every.cell[mine])] > 2)

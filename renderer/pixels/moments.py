@@ -16,7 +16,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from nusselt.renderer.vectors import Floats, Ints
+from nusselt.renderer.vectors import Floats, Ints, distinct
 
 from .edge_fragments import Bits
 from .regions import Regions
@@ -107,7 +107,7 @@ def pieces_of(edges: Edges, width: int, scale: int, regions: Regions) -> tuple[P
         Cells in a pixel's side.
     """
     bits = edges.bits
-    cells = np.unique(bits.cell)
+    cells = distinct(bits.cell)
     row, column = np.divmod(bits.cell, width)
     owner = np.searchsorted(cells, bits.cell)
     dy = bits.end[1] - bits.start[1]
@@ -136,7 +136,7 @@ def pieces_of(edges: Edges, width: int, scale: int, regions: Regions) -> tuple[P
     curved = np.zeros(cells.size)
     np.maximum.at(curved, owner, bits.reach)
     wrong = (np.abs(balance) > AGREE + 4 * curved[cell_of] * scale) | (area < -1e-6 - curved[cell_of] * scale)
-    bad = cells[np.unique(cell_of[wrong])]
+    bad = cells[distinct(cell_of[wrong])]
     kept = np.flatnonzero(area > LEAST)
     cell, area = cells[cell_of[kept]], area[kept]
     x, y = np.clip(x[kept] / area, 0, 1), np.clip(y[kept] / area, 0, 1)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.vectors import Bools, Floats, Ints
+from nusselt.renderer.vectors import Bools, Floats, Ints, distinct
 
 SIDES = (32, 16, 8, 4)
 """Pixels a side of the patches, level by level; faces are the level after them."""
@@ -120,11 +120,11 @@ def fit_shadows(places: Places, shade: Shade, tolerance: float, others: float) -
 
 def _levels(places: Places, active: Ints) -> list[tuple[Ints, int]]:
     """Patches (n,), level by level, and how many places are asked along their diagonals; none that hold few faces."""
-    faces = np.unique(places.face[active]).size
+    faces = distinct(places.face[active]).size
     levels: list[tuple[Ints, int]] = []
     for side in SIDES:
         patch = _patches(places, side)
-        if len(levels) == 0 or FACES * np.unique(patch[active]).size <= faces:
+        if len(levels) == 0 or FACES * distinct(patch[active]).size <= faces:
             levels.append((patch, MANY))
     return [*levels, (places.face, FEW)]
 
@@ -156,7 +156,7 @@ def _spread(places: Places, patch: Ints, active: Ints, across: int) -> Ints:
         first = np.flatnonzero(np.diff(patch[order], prepend=-1))
         last = np.append(first[1:], order.size) - 1
         chosen += [order[first + (last - first) * step // (across - 1)] for step in range(across)]
-    return np.unique(np.concatenate(chosen))
+    return distinct(np.concatenate(chosen))
 
 
 def _unsure(places: Places, patch: Ints, active: Ints, asked: Ints, miss: Floats, budget: float) -> tuple[Ints, float]:
