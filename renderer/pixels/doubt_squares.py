@@ -10,7 +10,7 @@ import numpy as np
 from nusselt.renderer.needs import Source
 from nusselt.renderer.vectors import Bools, Floats, Ints, dot
 
-from .doubt import doubtful
+from .doubt import doubtful, footprints
 from .moments import Pieces
 from .regions import Regions
 
@@ -19,7 +19,8 @@ SQUARE = 8
 AROUND = 1.25
 """How much larger than a square what stands for it is: it holds all of its pixels' footprints."""
 STEEP = 0.2
-"""Of the distance, that it may change by across what a square shows of a plane."""
+"""Of the distance to the eye, that it may change by across what a square shows of a plane; and of that to a light, how
+large that may be."""
 FEWEST = 16
 """Points that are worth asking for them as one first."""
 DENSE = 4
@@ -45,8 +46,8 @@ def _in_groups(regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floa
     """Which points (n,) are among those that a square shows of one region where a shadow may fit."""
     if x.size == 0:
         return np.zeros(0, dtype=bool)
-    across, kinds = int(x.max()) // SQUARE + 1, int(region.max()) + 1
-    key = ((y // SQUARE).astype(np.int64) * across + (x // SQUARE).astype(np.int64)) * kinds + region
+    wide, kinds = int(x.max()) // SQUARE + 1, int(region.max()) + 1
+    key = ((y // SQUARE).astype(np.int64) * wide + (x // SQUARE).astype(np.int64)) * kinds + region
     if int(key.max()) < DENSE * x.size:
         group, count = key, np.bincount(key)
         number = np.arange(count.size)
@@ -57,15 +58,28 @@ def _in_groups(regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floa
     middle = [np.bincount(group, v)[held] / count[held] for v in (x, y)]
     square, kind = np.divmod(number[held], kinds)
     half = np.zeros(held.size)
-    for place, v in zip((square % across, square // across), middle, strict=True):
+    for place, v in zip((square % wide, square // wide), middle, strict=True):
         half = np.maximum(half, np.maximum(v - SQUARE * place, SQUARE * (place + 1) - v))
     whole = count[held] == SQUARE * SQUARE
-    found = _steep(regions, *middle, kind, half, whole) | (count[held] < FEWEST)
+    across, down = middle
+    found = _steep(regions, across, down, kind, half, whole) | (count[held] < FEWEST)
     some = np.flatnonzero(~found)
-    found[some] = doubtful(regions, sources, *(v[some] for v in (*middle, kind)), 2 * AROUND * half[some])
+    across, down, kind, size = across[some], down[some], kind[some], 2 * AROUND * half[some]
+    found[some] = _close(regions, sources, across, down, kind, size)
+    found[some] |= doubtful(regions, sources, across, down, kind, size)
     doubt = np.zeros(count.size, dtype=bool)
     doubt[held] = found
     return doubt[group]
+
+
+def _close(regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats, region: Ints, size: Floats) -> Bools:
+    """Whether what is ``size`` (n,) pixels wide about image points (n,) is near a light for its own size."""
+    parts = footprints(regions, x, y, region, size)
+    close = np.zeros(x.size, dtype=bool)
+    for light in (source.light for source in sources if not source.light.at_infinity):
+        to = light.middle()[0] - parts.position
+        close |= parts.radius > STEEP * np.sqrt(dot(to, to))
+    return close
 
 
 def _steep(regions: Regions, x: Floats, y: Floats, region: Ints, half: Floats, whole: Bools) -> Bools:
@@ -79,6 +93,6 @@ def _steep(regions: Regions, x: Floats, y: Floats, region: Ints, half: Floats, w
     k = np.flatnonzero(flat)
     row = regions.pencil.planes.nearness[:, regions.faces.triangle[surface[k]]]
     near, steps = dot(row, lens.directions(x[k], y[k])), (2 * lens.right / lens.width, 2 * lens.up / lens.height)
-    change = sum(np.abs(dot(row, step)) for step in steps) * half[k]
+    change = (np.abs(dot(row, steps[0])) + np.abs(dot(row, steps[1]))) * half[k]
     steep[k] = change > STEEP * near
     return np.asarray(steep)

@@ -117,7 +117,7 @@ def first_estimates(
     found = np.zeros((2, pixel.size))
     for start in range(0, pixel.size, ITEMS):
         some = slice(start, start + ITEMS)
-        found[:, some] = _estimates(known, *(v[some] for v in (pixel, which, x, y, value)))
+        found[:, some] = _estimates(known, pixel[some], which[some], x[some], y[some], value[some])
     return found[0], found[1]
 
 

@@ -133,11 +133,11 @@ def _assemble(
         (first.pieces.cell, first.pieces.region, first.pieces.area * first.piece),
     ):
         _add(mean, pixel, palette.radiance(light, surface_of(region, regions.surfaces)))
-    shines = palette.seen.any(axis=0)
-    lit, cut = np.flatnonzero(np.take(shines, surface)), np.flatnonzero(shines[split])
+    shines: Bools = np.asarray(palette.seen.any(axis=0))
+    lit, cut = np.flatnonzero(shines[surface]), np.flatnonzero(shines[split])
     mean[:, lit] += palette.seen[:, surface[lit]]
     _add(mean, pieces.cell[cut], pieces.area[cut] * palette.seen[:, split[cut]])
-    plain = np.flatnonzero(~np.take(palette.reflects, surface))
+    plain = np.flatnonzero(~palette.reflects[surface])
     bare = surface[plain]
 
     def share(kind: Bools) -> Floats:

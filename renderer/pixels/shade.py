@@ -68,13 +68,13 @@ def shade_chunk(work: Work, x: Floats, y: Floats, region: Ints) -> Floats:
     return reflected(points, needs, still(work.estimator))
 
 
-def unshadowed(regions: Regions, needs: Needs, x: Floats, y: Floats, region: Ints) -> Floats:
+def unshadowed(regions: Regions, needs: Needs, x: Floats, y: Floats, region: Ints, tolerance: float) -> Floats:
     """Reflected radiance (3, n) as if nothing blocked and no light had a rim, at image points that reflect."""
 
     def free(points: ShadingPoints, source: Source) -> Floats:
         return without_shadows(points, replace(source, light=source.light.without_rim()))
 
-    return reflected(regions.points(x, y, region).as_exact_as(1.0), needs, free)
+    return reflected(regions.points(x, y, region).as_exact_as(tolerance), needs, free)
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class Shader:
 
     def free(self, regions: Regions, needs: Needs, x: Floats, y: Floats, region: Ints) -> Floats:
         """The same as if nothing blocked, see `unshadowed`; it is not counted."""
-        return self.palette.told(unshadowed(regions, needs, x, y, region))
+        return self.palette.told(unshadowed(regions, needs, x, y, region, self.work.tolerance))
 
 
 def palette_of(scene: Scene, regions: Regions, needs: Needs) -> Palette:

@@ -161,9 +161,11 @@ def _spread(places: Places, patch: Ints, active: Ints, across: int) -> Ints:
 
 def _unsure(places: Places, patch: Ints, active: Ints, asked: Ints, miss: Floats, budget: float) -> tuple[Ints, float]:
     """The active places of patches that have to be looked at more closely, and what the others' errors sum to."""
+    if miss.size == 0:  # nothing was measured
+        return active[~places.known[active]], 0.0
     names, group = np.unique(patch[active], return_inverse=True)
     mine = np.searchsorted(names, patch[asked])
-    pooled = float(miss.mean()) if miss.size else 0.0
+    pooled = float(miss.mean())
     square = (np.bincount(mine, miss, names.size) + PRIOR * pooled) / (np.bincount(mine, minlength=names.size) + PRIOR)
     rest = ~places.known[active]
     weight, lost = places.area[active] * rest, places.lost[active] ** 2
