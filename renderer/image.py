@@ -92,7 +92,7 @@ class Image:
             emitter=emitter,
             background=background,
             unjudged=np.zeros(emitter.shape, dtype=bool),
-            pass_means=np.array([float(mean.mean(axis=0)[shaded].sum()) / max(int(shaded.sum()), 1)]),
+            pass_means=np.array([float((mean[0] + mean[1] + mean[2])[shaded].sum()) / 3 / max(int(shaded.sum()), 1)]),
             back_faces=back_faces,
             left_out=left_out,
         )

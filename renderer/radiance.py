@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
@@ -25,6 +25,13 @@ def reflected(points: ShadingPoints, needs: Needs, rule: Rule) -> Floats:
 
 
 def still(estimator: Estimator) -> Rule:
-    """An estimator without noise as a rule: its random numbers are not used."""
-    unused = np.random.default_rng(0)
+    """An estimator without noise as a rule: its random numbers are not used, and not loaded unless it asks for some."""
+    unused = cast("np.random.Generator", _Unused())
     return lambda points, source: estimator(points, source, unused)
+
+
+class _Unused:
+    """A generator, once something is asked of it."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(np.random.default_rng(0), name)

@@ -27,6 +27,12 @@ def chosen(v: Floats, index: Ints) -> Floats:
     return v if v.shape[1] in (1, index.size) else v[:, index]
 
 
+def distinct(values: Ints) -> Ints:
+    """Each of the whole numbers once, in order; `numpy.unique` loads all of masked arrays to say the same."""
+    inorder = np.sort(values, axis=None)
+    return inorder[np.flatnonzero(np.diff(inorder, prepend=inorder[:1] - 1))]
+
+
 def dot(a: Floats, b: Floats) -> Floats:
     """Dot product over the first axis."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
-from nusselt.experiments.images.kinds import kind_of
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.scene_text import read_scene
@@ -93,14 +92,14 @@ def load(name: str, lenient: bool = False, as_diffuse: bool = False, as_mesh: bo
     if name in GENERATED and not path.exists():
         return generated(name)
     if name in CLASSIC and not path.exists():
-        path = FOLDER / f"{name}.test"
-    elif not path.exists():
+        return read_scene(FOLDER / f"{name}.test", lenient=lenient).with_(name=name)
+    if not path.exists():
         raise InputError("scene", name, "a scene file, or one of " + ", ".join((*CLASSIC, *GENERATED)))
     if path.suffix.lower() in OTHERS:
         module, reader = OTHERS[path.suffix.lower()]
         meshes = {"as_mesh": as_mesh} if path.suffix.lower() == ".xml" else {}
         found: Scene = getattr(import_module(module), reader)(path, as_diffuse=as_diffuse, **meshes)
         return found
-    if kind := kind_of(path):
+    if kind := import_module("nusselt.experiments.images.kinds").kind_of(path):
         raise InputError("scene", f"a {kind.lstrip('.')} image", "a scene file, which is text", name)
     return read_scene(path, lenient=lenient).with_(name=path.stem)

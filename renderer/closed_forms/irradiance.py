@@ -23,7 +23,15 @@ from nusselt.renderer.vectors import Bools, Floats, cross, dot
 from .area_fan import irradiance_by_area
 from .lambert_formula import lambert
 from .polygon_clip import exponent_scale
-from .small_patch import LARGEST, NODES, nodes_for, size_over_distance, small_irradiance
+from .small_patch import (
+    LARGEST,
+    NODES,
+    fewest_nodes,
+    nodes_for,
+    quadrature_error,
+    size_over_distance,
+    small_irradiance,
+)
 
 Ints = NDArray[np.int8]
 
@@ -102,7 +110,7 @@ def _answers(vectors: tuple[Any, ...], kind: np.dtype[Any], enough: float = 0.0)
     value, error, form = np.zeros(count), np.zeros(count), np.zeros(count, dtype=np.int8)
     for start in range(0, count, BLOCK):
         some = slice(start, start + BLOCK)
-        value[some], error[some], form[some] = _closed_forms(tuple(v[:, some] for v in given), kind)
+        value[some], error[some], form[some] = _closed_forms(tuple(v[:, some] for v in given), kind, enough)
     bound = np.divide(error, value, out=np.zeros(count), where=value > 0)
     allowed = GOOD[kind] * value
     if enough:
@@ -141,7 +149,7 @@ def _scaled(given: tuple[Floats, ...]) -> tuple[Floats, ...]:
     return points * scale, normals * exponent_scale(normals), corner * scale, ab * scale, ac * scale
 
 
-def _closed_forms(given: tuple[Floats, ...], kind: np.dtype[Any]) -> tuple[Floats, Floats, Ints]:
+def _closed_forms(given: tuple[Floats, ...], kind: np.dtype[Any], enough: float) -> tuple[Floats, Floats, Ints]:
     """Values, absolute error bounds and forms in working precision; infinite where the light may be seen edge-on."""
     points, normals, corner, ab, ac = _scaled(given)
     n = (normals / np.sqrt(np.maximum(dot(normals, normals), 1e-300))).astype(kind)
@@ -150,10 +158,12 @@ def _closed_forms(given: tuple[Floats, ...], kind: np.dtype[Any]) -> tuple[Float
     value, error = np.zeros(p.shape[1]), np.zeros(p.shape[1])
     size = np.where(above, size_over_distance(p, e1, e2), np.inf)
     smallest = 0.0
-    for limit, _ in NODES:
+    for limit, nodes in _ladder(kind, enough):
         here = (size > smallest) & (size <= limit)
-        _fill(value, error, here, small_irradiance, (p, e1, e2, n), nodes_for(limit, kind))
+        _fill(value, error, here, small_irradiance, (p, e1, e2, n), nodes, not enough)
         smallest = limit
+        if enough:
+            error += quadrature_error(np.where(here, size, 0.0), nodes) * facing(np.zeros((3, 1)), p, e1, e2)
     _fill(value, error, above & (size > LARGEST), lambert, (p, e1, e2, n), False)
     _fill(value, error, ~above & ~below, lambert, (p, e1, e2, n), True)
     form = np.where(below, 0, np.where(size <= LARGEST, 1, 2)).astype(np.int8)
@@ -162,12 +172,19 @@ def _closed_forms(given: tuple[Floats, ...], kind: np.dtype[Any]) -> tuple[Float
     return value, np.where(flat & ~below, np.inf, error), form
 
 
-def _fill(value: Floats, error: Floats, where: Bools, form: Any, vectors: tuple[Floats, ...], option: Any) -> None:
+def _ladder(kind: np.dtype[Any], enough: float) -> list[tuple[float, int]]:
+    """Up to which size over distance how many nodes a side are taken; where an error is allowed, one number for all."""
+    if enough:
+        return [(LARGEST, fewest_nodes(enough / 2))]
+    return [(limit, nodes_for(limit, kind)) for limit, _ in NODES]
+
+
+def _fill(value: Floats, error: Floats, where: Bools, form: Any, vectors: tuple[Floats, ...], *options: Any) -> None:
     """Write one form's values and errors where it is asked for."""
     index = np.flatnonzero(where)
     if index.size:
         taken = vectors if index.size == where.size else tuple(v[:, index] for v in vectors)
-        value[index], error[index] = form(*taken, option)
+        value[index], error[index] = form(*taken, *options)
 
 
 def _sides(p: Floats, ab: Floats, ac: Floats, n: Floats) -> tuple[Bools, Bools]:

@@ -28,50 +28,44 @@ def lambert(p: Floats, ab: Floats, ac: Floats, n: Floats, clip: bool) -> tuple[F
     clip : bool
         Whether the horizon may cut the light.
     """
-    v = [p, p + ab, p + ab + ac, p + ac]
-    z = [dot(n, corner) for corner in v]
-    sums = _Sums(p.shape[1], n, np.sqrt(np.max([dot(corner, corner) for corner in v], axis=0)))
+    v = np.stack((p, p + ab, p + ab + ac, p + ac), axis=1)  # (3, 4, k)
+    after = np.roll(v, -1, axis=1)
+    extent = np.sqrt(dot(v, v).max(axis=0))
     if not clip:
-        for k in range(4):
-            sums.arc(v[k], v[(k + 1) % 4])
-        return sums.result()
+        return _result(*_arcs(v, after, n, extent, True))
+    za = dot(n[:, None], v)
+    zb = np.roll(za, -1, axis=0)
+    # >= as written: a light that touches the horizon along an edge keeps that edge.
+    goes, comes = (za >= 0) & (zb < 0), (za < 0) & (zb >= 0)
+    share = np.divide(za, za - zb, out=np.zeros_like(za), where=goes | comes)
+    crossing = v + (after - v) * share
+    there = (za >= 0) | (zb >= 0)
+    total, error = _arcs(np.where(comes, crossing, v), np.where(goes, crossing, after), n, extent, there)
     leaving, entering = np.zeros_like(p), np.zeros_like(p)
-    cut = np.zeros(p.shape[1], dtype=bool)
     for k in range(4):
-        a, b, za, zb = v[k], v[(k + 1) % 4], z[k], z[(k + 1) % 4]
-        # >= as written: a light that touches the horizon along an edge keeps that edge.
-        goes, comes = (za >= 0) & (zb < 0), (za < 0) & (zb >= 0)
-        share = np.divide(za, za - zb, out=np.zeros_like(za), where=goes | comes)
-        crossing = a + (b - a) * share
-        sums.arc(np.where(comes, crossing, a), np.where(goes, crossing, b), (za >= 0) | (zb >= 0))
-        leaving, entering = np.where(goes, crossing, leaving), np.where(comes, crossing, entering)
-        cut |= goes
-    sums.arc(leaving, entering, cut)
-    return sums.result()
+        leaving = np.where(goes[k], crossing[:, k], leaving)
+        entering = np.where(comes[k], crossing[:, k], entering)
+    last = _arcs(leaving[:, None], entering[:, None], n, extent, goes.any(axis=0))
+    return _result(np.vstack((total, last[0])), np.vstack((error, last[1])))
 
 
-class _Sums:
-    """The running sum of arcs, and of their rounding errors."""
+def _arcs(a: Floats, b: Floats, n: Floats, extent: Floats, there: Any) -> tuple[Floats, Floats]:
+    """theta (n . Gamma) of arcs from a to b (3, m, k), 0 where one has no length; and their rounding, (m, k)."""
+    x = a[1] * b[2] - a[2] * b[1]
+    y = a[2] * b[0] - a[0] * b[2]
+    z = a[0] * b[1] - a[1] * b[0]
+    sine = np.sqrt(x * x + y * y + z * z)
+    aa, bb = dot(a, a), dot(b, b)
+    turn = np.divide(np.arctan2(sine, dot(a, b)), sine, out=np.zeros_like(sine), where=there & (sine > 0))
+    # |a| |b| (1 + e/|a| + e/|b|) <= lengths + e (|a| + |b|) <= 3 e max(|a|, |b|), e the largest corner.
+    rounding = turn * (np.sqrt(aa * bb) + 2 * extent * np.sqrt(np.maximum(aa, bb)))
+    return turn * (n[0] * x + n[1] * y + n[2] * z), rounding
 
-    def __init__(self, count: int, n: Floats, extent: Floats) -> None:
-        self.n, self.extent = n, extent
-        self.total, self.error = np.zeros(count, n.dtype), np.zeros(count, n.dtype)
 
-    def arc(self, a: Floats, b: Floats, there: Any = True) -> None:
-        """Add theta (n . Gamma) of the arc from a to b; 0 where it has no length."""
-        x = a[1] * b[2] - a[2] * b[1]
-        y = a[2] * b[0] - a[0] * b[2]
-        z = a[0] * b[1] - a[1] * b[0]
-        sine = np.sqrt(x * x + y * y + z * z)
-        lengths = np.sqrt(dot(a, a) * dot(b, b))
-        some = there & (sine > 0)
-        turn = np.divide(np.arctan2(sine, dot(a, b)), sine, out=np.zeros_like(sine), where=some)
-        self.total += turn * (self.n[0] * x + self.n[1] * y + self.n[2] * z)
-        # |a| |b| (1 + e/|a| + e/|b|) <= lengths + e (|a| + |b|) <= 3 e max(|a|, |b|), e the largest corner.
-        longer = np.sqrt(np.maximum(dot(a, a), dot(b, b)))
-        self.error += turn * (lengths + 2 * self.extent * longer)
-
-    def result(self) -> tuple[Floats, Floats]:
-        """|E| and the bound of its absolute error."""
-        eps = np.finfo(self.total.dtype).eps
-        return np.abs(self.total) / 2, ROUNDINGS * eps / 2 * self.error
+def _result(terms: Floats, rounding: Floats) -> tuple[Floats, Floats]:
+    """|E| and the bound of its absolute error, from arcs (m, k): summed in order."""
+    total, error = terms[0], rounding[0]
+    for term, more in zip(terms[1:], rounding[1:], strict=True):
+        total, error = total + term, error + more
+    eps = np.finfo(total.dtype).eps
+    return np.abs(total) / 2, ROUNDINGS * eps / 2 * error

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.renderer.vectors import Bools, Floats, cross, dot
+from nusselt.renderer.vectors import Bools, Floats, cross, distinct, dot
 
 NODES = (4, 6, 8, 11, 15)
 """Numbers of nodes to choose from, a side."""
@@ -78,7 +78,7 @@ def small_lobe(p: Floats, ab: Floats, ac: Floats, n: Floats, w: Floats, s: Float
     kinds = [np.searchsorted(np.array(NODES, dtype=float), need) for need in asked]
     pair = np.where(np.maximum(*kinds) < len(NODES), kinds[0] * len(NODES) + kinds[1], -1)
     far = light.depth * light.depth < light.r2 / 2
-    for number in np.unique(pair[pair >= 0]):
+    for number in distinct(pair[pair >= 0]):
         nodes = (NODES[number // len(NODES)], NODES[number % len(NODES)])
         for form in (False, True):
             here = np.flatnonzero((pair == number) & (far == form))

@@ -20,7 +20,7 @@ from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.flat_disks import disk_rim
 from nusselt.renderer.lights import Light
 from nusselt.renderer.needs import Source
-from nusselt.renderer.vectors import Floats, Ints, cross, dot, frame, transform, unit
+from nusselt.renderer.vectors import Floats, Ints, cross, distinct, dot, frame, transform, unit
 
 from .candidate_edges import crossings, disk_cuts
 from .edge_fragments import expand
@@ -60,7 +60,7 @@ class Footprints:
     radius: Floats
 
 
-def footprints(regions: Regions, x: Floats, y: Floats, region: Ints, size: float = 1.0) -> Footprints:
+def footprints(regions: Regions, x: Floats, y: Floats, region: Ints, size: Floats | float = 1.0) -> Footprints:
     """Footprints ``size`` pixels wide around image points (n,) of given regions' surfaces, no larger than those."""
     points, lens, surface = regions.points(x, y, region), regions.lens, region % regions.surfaces
     d, to = lens.directions(x, y), points.position - lens.origin
@@ -85,25 +85,35 @@ def _sizes(regions: Regions) -> Floats:
 
 
 def doubtful(
-    regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats, region: Ints, size: float = 1.0
+    regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats, region: Ints, size: Floats | float = 1.0
 ) -> NDArray[np.bool_]:
     """At which image points (n,) of given regions a shadow, or a light's rim, may fit in ``size`` pixels."""
-    found, g = np.zeros(x.size, dtype=bool), regions.geometry
+    found = np.zeros(x.size, dtype=bool)
     if not sources or x.size == 0:
         return found
     blocked = [source.light for source in sources if not source.blockers.none]
     order = np.lexsort((region, x // (4 * size), y // (4 * size), x // NEAR, y // NEAR))
-    parts = footprints(regions, x[order], y[order], region[order], size)
+    sizes = np.broadcast_to(size, x.shape)[order]
+    parts = footprints(regions, x[order], y[order], region[order], sizes)
     for source in sources:
         found[order] |= source.light.rim_within(parts.position, parts.radius)
     if not blocked:
         return found
-    straight = [crossings(g), *map(partial(_rim, g), range(g.disks))]
-    straight += [disk_cuts(g, index) for index in range(g.disks)]
     for light in blocked:
-        edges = [*straight, _turning(regions, light), *(_terminator(g, index, light) for index in range(g.ellipsoids))]
-        found[order] |= in_doubt(parts, light, *(np.hstack(ends) for ends in zip(*edges, strict=True)))
+        found[order] |= in_doubt(parts, light, *_edges(regions, light))
     return found
+
+
+def _edges(regions: Regions, light: Light) -> tuple[Floats, Floats]:
+    """All that may throw a light's shadow, as segments, found once."""
+    if light not in regions.shadow_edges:
+        g = regions.geometry
+        edges = [crossings(g), *map(partial(_rim, g), range(g.disks))]
+        edges += [disk_cuts(g, index) for index in range(g.disks)]
+        edges += [_turning(regions, light), *(_terminator(g, index, light) for index in range(g.ellipsoids))]
+        start, end = (np.hstack(ends) for ends in zip(*edges, strict=True))
+        regions.shadow_edges[light] = start, end
+    return regions.shadow_edges[light]
 
 
 def _turning(regions: Regions, light: Light) -> tuple[Floats, Floats]:
@@ -171,7 +181,7 @@ def in_doubt(parts: Footprints, light: Light, start: Floats, end: Floats) -> NDA
     cones = Cone(parts.position, axis, parts.radius, k, farthest)
     for first in range(0, n, BLOCK):
         block = np.arange(first, min(first + BLOCK, n))
-        near = np.unique(_meet(cones.take(block), start, end, BLOCK)[1])
+        near = distinct(_meet(cones.take(block), start, end, BLOCK)[1])
         step = max(1, PAIRS // (GROUP * max(near.size, 1))) * GROUP
         for some in np.split(block, range(step, block.size, step)):
             point, edge = _near(cones.take(some), start[:, near], end[:, near])

@@ -12,6 +12,7 @@ What is evaluated goes in few large calls: the nodes of a step together with wha
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,6 +21,25 @@ from nusselt.renderer.vectors import Bools, Floats, Ints
 from .error_budget import Budget
 from .filling import Evaluate, Filled, Filling, Parts
 from .moments import Pieces
+
+
+@dataclass(frozen=True)
+class Price:
+    """What values cost, beside what it costs to tell which of them follow from others.
+
+    Parameters
+    ----------
+    few : int
+        So many are evaluated sooner than it is told.
+    nodes : int
+        Centres at least across the image, at first.
+    """
+
+    few: int
+    nodes: int
+
+
+BARE, SHADOWED, DEAR = Price(2048, 64), Price(256, 64), Price(0, 32)
 
 
 def fill_centres(
@@ -34,7 +54,15 @@ def fill_centres(
     return found.value, found.bound, found.bound > 0
 
 
-def fill(region: Ints, parts: Parts, evaluate: Evaluate, allowed: Callable[[Floats], float], alone: Bools) -> Filled:
+def fill(
+    region: Ints,
+    parts: Parts,
+    evaluate: Evaluate,
+    allowed: Callable[[Floats], float],
+    alone: Bools,
+    price: Price = DEAR,
+    channels: int = 3,
+) -> Filled:
     """Radiance at all centres whose region is at least 0, and of all pieces.
 
     Parameters
@@ -47,10 +75,14 @@ def fill(region: Ints, parts: Parts, evaluate: Evaluate, allowed: Callable[[Floa
         From the first values (3, n) to the RMS error that interpolated values may have (norm over the channels).
     alone : (h, w) bool
         Pixels that others tell nothing of: no square that shows one is filled with its region.
+    price : Price
+        Of values.
+    channels : int
+        Of radiance.
     """
-    work = Filling(region, parts, evaluate, alone)
+    work = Filling(region, parts, evaluate, alone, channels, price.nodes)
     budget, step = None, work.step
-    while step >= 2:
+    while step >= 2 and (budget is None or work.left > price.few):
         values = work.ask(step)
         if budget is None:
             budget = Budget.of(allowed(values), int((~work.known).sum()) + parts.pieces.cell.size)

@@ -8,20 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from nusselt.renderer.vectors import Bools, Floats, Ints
+from nusselt.renderer.vectors import Bools, Floats, Ints, distinct
 
 from .error_budget import CAREFUL, Budget
-from .lattice import SHIFTS, WITHIN_NODES, Lattice
+from .lattice import Lattice
 from .moments import Pieces
 from .squares import Groups, Members, Shares, Trials
 
-NODES = 32
-"""Centres at least across the image, at first."""
+FEW = 64
+"""Regions that are not numbered anew."""
 TINY = 1e-30
 """Of a bound that is told from none."""
 
 Evaluate = Callable[[Ints, Ints], Floats]
-"""From numbers of pixels (n,) and of pieces (m,) to radiance (3, n + m)."""
+"""From numbers of pixels (n,) and of pieces (m,) to radiance (c, n + m)."""
 
 
 @dataclass
@@ -30,11 +30,11 @@ class Filled:
 
     Parameters
     ----------
-    value : (3, h, w) float64
+    value : (c, h, w) float64
         Radiance at the centres; NaN where nothing is to be known.
     bound : (h, w) float32
         Of its error, where it was interpolated; else 0.
-    piece : (3, n) float64
+    piece : (c, n) float64
         Radiance of the pieces: at their centroids, or their means where interpolated.
     piece_bound : (n,) float64
     """
@@ -67,24 +67,25 @@ class Filling:
     ``known`` are pixels that need nothing more, ``held`` those that wait for what is tried; see `fill`.
     """
 
-    def __init__(self, region: Ints, parts: Parts, evaluate: Evaluate, alone: Bools) -> None:
+    def __init__(self, region: Ints, parts: Parts, evaluate: Evaluate, alone: Bools, channels: int, nodes: int) -> None:
         pieces, self.own = parts.pieces, parts.alone
         self.shape, self.pieces, self.evaluate = region.shape, pieces, evaluate
         self.step = 2
-        while self.step * 2 * NODES <= min(region.shape):
+        while self.step * 2 * nodes <= min(region.shape):
             self.step *= 2
         room = [(0, -size % self.step) for size in region.shape]
         self.kinds, dense = _dense(region, pieces.region)
         self.region = np.pad(dense[0], room, constant_values=-1)
         self.of_piece = dense[1]
         self.usable = np.where(np.pad(alone, room), -1, self.region) if alone.any() else self.region
-        self.value = np.full((3, *self.region.shape), np.nan)
+        self.value = np.full((channels, *self.region.shape), np.nan)
         self.known = self.region < 0
         self.bound = np.zeros(self.region.shape, dtype=np.float32)
-        self.piece = np.full((3, pieces.cell.size), np.nan)
+        self.piece = np.full((channels, pieces.cell.size), np.nan)
         self.piece_bound = np.zeros(pieces.cell.size)
         self.waits = ~parts.asked
         self.held, self.trials = np.zeros(self.region.shape, dtype=bool), Trials.none()
+        self.lattice = Lattice(self.value, self.region, 1)
         low, high = self.usable, self.region
         self.extent = {}
         size = 1
@@ -103,7 +104,7 @@ class Filling:
 
         With the step 1, all other pieces too.
         """
-        row, column = np.nonzero(~(self.known | self.held)[::step, ::step])
+        row, column = np.nonzero(~(self.known[::step, ::step] | self.held[::step, ::step]))
         trials, width = self.trials, self.region.shape[1]
         place = np.append(row * step * width + column * step, trials.row * width + trials.column)
         piece = trials.piece
@@ -113,14 +114,20 @@ class Filling:
             piece = np.append(piece, np.flatnonzero(waits))
         r, c = np.divmod(place, width)
         value = self.evaluate(r * self.shape[1] + c, piece)
-        for out, found in zip(self.value.reshape(3, -1), value, strict=True):
+        for out, found in zip(self.value.reshape(len(self.value), -1), value, strict=True):
             out[place] = found[: place.size]
         self.piece[:, piece] = value[:, place.size :]
         self.known.reshape(-1)[place] = True
         return value
 
+    @property
+    def left(self) -> int:
+        """How many values are not known, held or waiting for their squares."""
+        return int(np.count_nonzero(~(self.known | self.held))) + int(np.count_nonzero(np.isnan(self.piece[0])))
+
     def fill_squares(self, step: int, budget: Budget) -> None:
         """Interpolate in squares of one region that are smooth enough."""
+        self.lattice = self._lattice(step)
         squares = self._squares(step)
         self._fill_squares(squares.take(np.flatnonzero(budget.takes(squares.rough, step * step))), step)
 
@@ -140,7 +147,7 @@ class Filling:
         self.held[...] = False
         groups = trials.shares.groups
         value = np.hstack((self.value[:, trials.row, trials.column], self.piece[:, trials.piece]))
-        missed = value - self._lattice(step).at(groups.take(trials.group), trials.x, trials.y)
+        missed = value - self.lattice.at(groups.take(trials.group), trials.x, trials.y)
         error = groups.rough / CAREFUL
         error[trials.group] = np.maximum(error[trials.group], np.sqrt((missed**2).sum(axis=0)))
         good = np.flatnonzero(budget.takes(error, trials.shares.count))
@@ -152,11 +159,11 @@ class Filling:
         low, high = self.extent[step]
         half = step // 2
         row, column = np.nonzero((low == high) & (low >= 0) & ~self.known[half::step, half::step])
-        return self._lattice(step).spoken_for(Groups.of(low[row, column], row, column), WITHIN_NODES)
+        return self.lattice.spoken_for(Groups.of(low[row, column], row, column), True)
 
     def _fill_squares(self, squares: Groups, step: int) -> None:
         rows, width = self.region.shape[0] // step, self.region.shape[1] // step
-        patch = self._lattice(step).patches(squares)
+        patch = self.lattice.patches(squares)
         for out, values in zip(self.value, patch, strict=True):
             out.reshape(rows, step, width, step)[squares.row, :, squares.column] = values
         for flags, new in ((self.known, True), (self.bound, squares.rough[:, None, None] + TINY)):
@@ -165,7 +172,7 @@ class Filling:
     def _shares(self, step: int, budget: Budget) -> Shares:
         """What other squares show of each region that has nodes."""
         members = self._members(step)
-        groups = self._lattice(step).spoken_for(members.groups, np.arange(len(SHIFTS)))
+        groups = self.lattice.spoken_for(members.groups, False)
         pixels = self._blocks(self.region, groups, step) == groups.region[:, None, None]
         pixels &= ~self._blocks(self.known, groups, step)
         shares = Shares.of(groups, pixels, members, self.pieces.area)
@@ -173,15 +180,15 @@ class Filling:
 
     def _fill_shares(self, shares: Shares, step: int) -> None:
         groups = shares.groups
-        patch = self._lattice(step).patches(groups)
+        patch = self.lattice.patches(groups)
         k, i, j = np.nonzero(shares.pixels)
         place = (groups.row[k] * step + i) * self.region.shape[1] + groups.column[k] * step + j
-        for out, values in zip(self.value.reshape(3, -1), patch, strict=True):
+        for out, values in zip(self.value.reshape(len(self.value), -1), patch, strict=True):
             out[place] = values[k, i, j]
         self.known.reshape(-1)[place] = True
         self.bound.reshape(-1)[place] = groups.rough[k] + TINY
         piece, of_piece = shares.piece, shares.of_piece
-        self.piece[:, piece] = self._lattice(step).at_pieces(groups.take(of_piece), self.pieces.take(piece))
+        self.piece[:, piece] = self.lattice.at_pieces(groups.take(of_piece), self.pieces.take(piece))
         self.piece_bound[piece] = groups.rough[of_piece] + TINY
         self.waits[piece] = False
 
@@ -232,10 +239,12 @@ def _halved(array: Any, take: np.ufunc) -> Any:
 
 
 def _dense(*regions: Ints) -> tuple[int, list[Ints]]:
-    """How many regions there are, and arrays of their numbers in order; -1 stays."""
+    """How many regions there are at most, and arrays of their numbers, in order if they are many; -1 stays."""
     most = max(int(region.max(initial=-1)) for region in regions)
+    if most < FEW:
+        return most + 1, [np.maximum(region, -1).astype(np.int32) for region in regions]
     if most > sum(region.size for region in regions):
-        kinds = np.unique(np.concatenate([region[region >= 0].ravel() for region in regions]))
+        kinds = distinct(np.concatenate([region[region >= 0].ravel() for region in regions]))
         return kinds.size, [
             np.where(region < 0, -1, np.searchsorted(kinds, region)).astype(np.int32) for region in regions
         ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,10 @@ from .moments import Pieces
 
 ROWS = 128
 """Of pixels, handled at once: bounds the memory."""
-AROUND = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1)]
+ITEMS = 1 << 14
+"""The same."""
+AROUND = np.arange(9)[:, None] // 3 - 1, np.arange(9)[:, None] % 3 - 1
+"""Rows and columns (9, 1) from a pixel to itself and to those around it."""
 
 
 def means(centre: Floats, region: Ints) -> Floats:
@@ -20,22 +24,20 @@ def means(centre: Floats, region: Ints) -> Floats:
 
     Parameters
     ----------
-    centre : (3, h, w) float64
+    centre : (c, h, w) float64
         Radiance at the centres; afterwards the means.
     region : (h, w) int64
         Below 0 where there is none.
     """
     height = region.shape[0]
-    for out in centre:
-        source = out.copy()
-        for top in range(0, height, ROWS):
-            rows = slice(top, min(top + ROWS, height))
-            _add_bends(out[rows], source[rows], region[rows], -1)
-            inner = slice(max(top, 1), min(top + ROWS, height - 1))
-            around = slice(inner.start - 1, inner.stop + 1)
-            _add_bends(out[inner], source[around], region[around], 0)
-        np.maximum(out, 0.0, out=out)
-    return centre
+    source = centre.copy()
+    for top in range(0, height, ROWS):
+        rows = slice(top, min(top + ROWS, height))
+        _add_bends(centre[:, rows], source[:, rows], region[rows], -1)
+        inner = slice(max(top, 1), min(top + ROWS, height - 1))
+        around = slice(inner.start - 1, inner.stop + 1)
+        _add_bends(centre[:, inner], source[:, around], region[around], 0)
+    return np.maximum(centre, 0.0, out=centre)
 
 
 def _add_bends(out: Floats, source: Floats, region: Ints, axis: int) -> None:
@@ -45,11 +47,17 @@ def _add_bends(out: Floats, source: Floats, region: Ints, axis: int) -> None:
     )
     here = region[middle]
     same = (here == region[before]) & (here == region[after]) & (here >= 0)
-    bend = source[before] + source[after]
-    bend -= 2 * source[middle]
-    bend /= 24
-    place = out[middle] if axis else out
-    np.add(place, bend, out=place, where=same)
+    for place, values in zip(out, source, strict=True):
+        bend = values[before] + values[after]
+        bend -= 2 * values[middle]
+        bend /= 24
+        inner = place[middle] if axis else place
+        np.add(inner, bend, out=inner, where=same)
+
+
+def summed(radiance: Floats) -> Floats:
+    """Three channels (c, ...) summed: those of a grey, where one number stands for them."""
+    return radiance.sum(axis=0) if radiance.shape[0] == 3 else math.sqrt(3) * radiance[0]
 
 
 @dataclass(frozen=True)
@@ -75,17 +83,18 @@ class Known:
 
     @classmethod
     def of(cls, centre: Floats, region: Ints, pieces: Pieces, value: Floats) -> Known:
+        """From radiance (c, h, w) and (c, n)."""
         base = int(max(region.max(initial=0), pieces.region.max(initial=0))) + 1
         key = pieces.cell * base + pieces.region
         order = np.argsort(key, kind="stable")
-        return cls(centre, region, key[order], value[order], base)
+        return cls(summed(centre), region, key[order], summed(value)[order], base)
 
     def near(self, pixel: Ints, which: Ints, inside: Bools) -> tuple[Bools, Bools, Floats]:
         """Whether pixels (n,) show given regions as a whole, or as a piece; and the radiance there, else NaN."""
         whole = inside & (self.region.ravel()[pixel] == which)
         value = np.where(whole, self.centre.ravel()[pixel], np.nan)
         if self.key.size == 0:
-            return whole, np.zeros(pixel.size, dtype=bool), value
+            return whole, np.zeros(pixel.shape, dtype=bool), value
         key = pixel * self.base + which
         place = np.minimum(np.searchsorted(self.key, key), self.key.size - 1)
         part = inside & (self.key[place] == key)
@@ -105,35 +114,38 @@ def first_estimates(
     x, y, value : (n,) float64
         Its place, and its radiance there.
     """
-    centre, region = known.centre, known.region
-    missed, others = np.zeros(pixel.size), np.zeros(pixel.size, dtype=bool)
-    predicted = np.zeros((2, pixel.size), dtype=bool)  # from pixels above or below, and from those at the sides
-    low, high = np.tile(value, (2, 1)), np.tile(value, (2, 1))
+    found = np.zeros((2, pixel.size))
+    for start in range(0, pixel.size, ITEMS):
+        some = slice(start, start + ITEMS)
+        found[:, some] = _estimates(known, pixel[some], which[some], x[some], y[some], value[some])
+    return found[0], found[1]
+
+
+def _estimates(known: Known, pixel: Ints, which: Ints, x: Floats, y: Floats, value: Floats) -> tuple[Floats, Floats]:
+    centre, region, (dy, dx) = known.centre, known.region, AROUND
     row, column = np.divmod(pixel, region.shape[1])
     inner = region[row, column] == which
-    for dy, dx in AROUND:
-        r, c, inside = _inside(row + dy, column + dx, region.shape)
-        same, part, near = known.near(r * region.shape[1] + c, which, inside)
-        told = np.flatnonzero(same)
-        at = r[told], c[told]
-        guess = np.full(pixel.size, np.nan)
-        guess[told] = centre[at] + _slope(known, *at, 0, 1) * (x[told] - at[1] - 0.5)
-        guess[told] += _slope(known, *at, 1, 0) * (y[told] - at[0] - 0.5)
-        told = np.isfinite(guess)
-        for y2, x2 in ((2 * dy, dx), (dy, 2 * dx)):
-            if (y2, x2) != (dy, dx):
-                # What comes from a slope that was taken from the item's own row or column agrees with it, whatever
-                # that holds: along an edge all may err alike.
-                r2, c2, on = _inside(row + y2, column + x2, region.shape)
-                told &= ~inner | (on & (region[r2, c2] == which))
-        missed = np.maximum(missed, np.where(told, np.abs(value - guess), 0.0))
-        others |= (same | part) & bool(dy or dx)
-        for axis in np.flatnonzero((dy, dx)):
-            predicted[axis] |= told
-            low[axis], high[axis] = np.fmin(low[axis], near), np.fmax(high[axis], near)
-    spread = high - low
-    missed = np.maximum(missed, np.where(predicted, 0.0, spread).max(axis=0))
-    return np.where(others, missed / 8, np.abs(value)), high.max(axis=0)
+    r, c, inside = _inside(row + dy, column + dx, region.shape)
+    same, part, near = known.near(r * region.shape[1] + c, which, inside)
+    item = np.nonzero(same)[1]
+    at = r[same], c[same]
+    guess = np.full(same.shape, np.nan)
+    guess[same] = centre[at] + _slope(known, *at, 0, 1) * (x[item] - at[1] - 0.5)
+    guess[same] += _slope(known, *at, 1, 0) * (y[item] - at[0] - 0.5)
+    told = np.isfinite(guess)
+    for y2, x2 in ((2 * dy, dx), (dy, 2 * dx)):
+        # What comes from a slope that was taken from the item's own row or column agrees with it, whatever that holds:
+        # along an edge all may err alike.
+        r2, c2, on = _inside(row + y2, column + x2, region.shape)
+        told &= ~inner | (on & (region[r2, c2] == which)) | ((y2 == dy) & (x2 == dx))
+    missed = np.where(told, np.abs(value - guess), 0.0).max(axis=0)
+    others = ((same | part) & ((dy != 0) | (dx != 0))).any(axis=0)
+    highest = value
+    for beside in (dy[:, 0] != 0, dx[:, 0] != 0):  # from pixels above or below, and from those at the sides
+        low, high = np.fmin(value, np.fmin.reduce(near[beside])), np.fmax(value, np.fmax.reduce(near[beside]))
+        missed = np.maximum(missed, np.where(told[beside].any(axis=0), 0.0, high - low))
+        highest = np.maximum(highest, high)
+    return np.where(others, missed / 8, np.abs(value)), highest
 
 
 def _inside(r: Ints, c: Ints, shape: tuple[int, ...]) -> tuple[Ints, Ints, Bools]:

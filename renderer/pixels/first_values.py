@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from nusselt.renderer.needs import Needs
-from nusselt.renderer.vectors import Bools, Floats, Ints
+from nusselt.renderer.vectors import Bools, Floats, Ints, distinct
+from nusselt.renderer.visibility.segments import small_triangles
 
-from .doubt import doubtful
-from .fill import fill
+from .doubt_squares import doubtful_places
+from .fill import BARE, DEAR, SHADOWED, Price, fill
 from .filling import Parts
-from .first_estimates import Known, first_estimates, means
+from .first_estimates import Known, first_estimates, means, summed
 from .interpolation import WITHIN, error_bound
 from .moments import Pieces
 from .refine import UNSEEN, Items
 from .regions import Regions
 from .sampled import shares_error
-from .shade import Palette, Shader, surface_of, unshadowed
+from .shade import Palette, Shader, surface_of
 from .small_faces import SmallFaces
 from .whole_pixels import EDGE, Shown
 
@@ -27,13 +30,12 @@ SHARE = 0.5
 """Of the tolerance, that interpolated values may spend."""
 FITTED = 0.25
 """The same, that values on small faces may be fitted to."""
-SQUARE = 8
-"""Pixels in a side of the squares in which shadows that fit in a pixel are looked for first."""
-AROUND = 1.25
-"""How much larger than a square what stands for it is: it holds all of its pixels' footprints."""
 DEEP = 1 / 64
 """Of the unshadowed radiance, below which nothing follows from what is around: how much of a light is seen grows with
 the square of the way into the penumbra, or its cube, from nothing."""
+
+Shade = Callable[[Floats, Floats, Ints], Floats]
+"""From image points (n,) and their regions to radiance (c, n)."""
 
 
 @dataclass(frozen=True)
@@ -44,14 +46,21 @@ class First:
     ----------
     items : Items
         What may be refined.
-    image : (3, h, w) float64
-        Sum of what is not: whole pixels, and pieces times their area.
+    image : (c, h, w) float64
+        Whole pixels that are not; 0 elsewhere. See `Palette.told`.
+    surface : (h, w) int64
+        What pixels show; see `surface_of`.
+    pieces, piece : Pieces, (c, k) float64
+        And pieces that are not.
     square, settled : float
         Sum of all squared radiance; and of the squared errors allowed to what is not refined.
     """
 
     items: Items
     image: Floats
+    surface: Ints
+    pieces: Pieces
+    piece: Floats
     square: float
     settled: float
 
@@ -67,9 +76,8 @@ def first_values(
         Of the light that can be blocked.
     """
     width = shown.region.shape[1]
-    surface = surface_of(np.maximum(shown.region, -1), regions.surfaces)
-    region = np.where((shown.region != EDGE) & palette.reflects[surface], shown.region, EDGE)
-    del surface
+    surface = surface_of(shown.region, regions.surfaces)
+    region = np.where(np.take(palette.reflects, surface), shown.region, EDGE)
     mine = np.flatnonzero(palette.reflects[surface_of(shown.pieces.region, regions.surfaces)])
     pieces = shown.pieces.take(mine)
     alone, own = _doubtful(regions, needs, region, pieces)
@@ -89,16 +97,20 @@ def first_values(
     def allowed(first: Floats) -> float:
         return SHARE * tolerance * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
 
-    found = fill(region, Parts(pieces, own, own | rough), evaluate, allowed, alone)
-    known = Known.of(found.value.sum(axis=0), region, pieces, found.piece.sum(axis=0))
+    channels = 3 if palette.tint is None else 1
+    price = _price(regions, needs)
+    found = fill(region, Parts(pieces, own, own | rough), evaluate, allowed, alone, price, channels)
+    known = Known.of(found.value, region, pieces, found.piece)
     # What others tell nothing of tells nothing of its neighbours.
     image = means(found.value, np.where(alone, EDGE, region) if alone.any() else region)
-    pixel, part = np.flatnonzero((region != EDGE) & (found.bound == 0)), np.flatnonzero(found.piece_bound == 0)
-    value = np.hstack((image.reshape(3, -1)[:, pixel], found.piece[:, part]))
+    cut = region == EDGE
+    pixel, part = np.flatnonzero(~cut & (found.bound == 0)), np.flatnonzero(found.piece_bound == 0)
+    value = np.hstack((image.reshape(channels, -1)[:, pixel], found.piece[:, part]))
     items = Items.of(pixel, region.ravel()[pixel], pieces.take(part), value, width)
     unsure = np.concatenate((alone.ravel()[pixel], own[part]))
-    _estimate(items, regions, needs, known, unsure, np.concatenate((np.zeros(pixel.size, dtype=bool), rough[part])))
-    image[:, region == EDGE] = 0
+    free = partial(shade.free, regions, needs)
+    _estimate(items, free, known, unsure, np.append(np.zeros(pixel.size, dtype=bool), rough[part]), _may_end(needs))
+    np.copyto(image, 0.0, where=cut)
     lit = found.piece * pieces.area
     square = float(np.einsum("chw,chw->", image, image)) + float(np.einsum("ck,ck->", lit, lit))
     settled = float(np.einsum("hw,hw->", found.bound, found.bound, dtype=np.float64))
@@ -111,23 +123,23 @@ def first_values(
         settled += shares_error(fitted.pixel[of_pieces], fitted.value[:, of_pieces], shown.sampled)
         square += float(((fitted.value * fitted.area) ** 2).sum())
         items = Items.joined(items, fitted)
-    image.reshape(3, -1)[:, pixel] = 0
+    image.reshape(channels, -1)[:, pixel] = 0
     done = np.flatnonzero(found.piece_bound > 0)
-    for out, light in zip(image.reshape(3, -1), lit, strict=True):
-        out += np.bincount(pieces.cell[done], light[done], out.size)
-    return First(items, image, square, settled)
+    return First(items, image, surface, pieces.take(done), found.piece[:, done], square, settled)
+
+
+def _price(regions: Regions, needs: Needs) -> Price:
+    """What a value costs: most where shadows are those of big meshes."""
+    if all(source.blockers.none for source in needs.sources):
+        return BARE
+    return SHADOWED if small_triangles(regions.geometry) is None else DEAR
 
 
 def _doubtful(regions: Regions, needs: Needs, region: Ints, pieces: Pieces) -> tuple[Bools, Bools]:
     """In which pixels (h, w) and pieces (n,) a shadow may fit."""
-    alone, width = np.zeros(region.shape, dtype=bool), region.shape[1]
     if not _may_end(needs):
-        return alone, np.zeros(pieces.cell.size, dtype=bool)
-    every = _near_doubt(regions, needs, region)
-    x, y = np.append(every % width + 0.5, pieces.x), np.append(every // width + 0.5, pieces.y)
-    doubt = doubtful(regions, needs.sources, x, y, np.append(region.ravel()[every], pieces.region))
-    alone.reshape(-1)[every] = doubt[: every.size]
-    return alone, doubt[every.size :]
+        return np.zeros(region.shape, dtype=bool), np.zeros(pieces.cell.size, dtype=bool)
+    return doubtful_places(regions, needs.sources, region, pieces)
 
 
 def _may_end(needs: Needs) -> bool:
@@ -135,25 +147,7 @@ def _may_end(needs: Needs) -> bool:
     return any(not source.blockers.none or source.light.without_rim() != source.light for source in needs.sources)
 
 
-def _near_doubt(regions: Regions, needs: Needs, region: Ints) -> Ints:
-    """Pixels (k,) that are to be filled, but for those of squares of one region in no part of which a shadow may fit.
-
-    What fits in a pixel's cone fits in that of a square around it.
-    """
-    h, w = (size // SQUARE * SQUARE for size in region.shape)
-    blocks = region[:h, :w].reshape(h // SQUARE, SQUARE, w // SQUARE, SQUARE)
-    own = blocks[:, 0, :, 0]
-    row, column = np.nonzero((own != EDGE) & (blocks == own[:, None, :, None]).all(axis=(1, 3)))
-    x, y = ((number + 0.5) * SQUARE for number in (column, row))
-    doubt = doubtful(regions, needs.sources, x, y, own[row, column], AROUND * SQUARE)
-    some = region != EDGE
-    certain = np.zeros(own.shape, dtype=bool)
-    certain[row[~doubt], column[~doubt]] = True
-    some[:h, :w] &= ~certain.repeat(SQUARE, axis=0).repeat(SQUARE, axis=1)
-    return np.flatnonzero(some)
-
-
-def _estimate(items: Items, regions: Regions, needs: Needs, known: Known, unsure: Bools, rough: Bools) -> None:
+def _estimate(items: Items, free: Shade, known: Known, unsure: Bools, rough: Bools, may_end: bool) -> None:
     """Estimates of the items' errors; see `refine` for the rules."""
     estimate = np.full(items.pixel.size, np.inf)
     pixel = items.pixel[items.whole]
@@ -161,13 +155,13 @@ def _estimate(items: Items, regions: Regions, needs: Needs, known: Known, unsure
     lone = np.flatnonzero(~np.isfinite(estimate))
     size, brightest = np.sqrt((items.value**2).sum(axis=0)), np.zeros(items.pixel.size)
     estimate[lone], brightest[lone] = first_estimates(
-        known, items.pixel[lone], items.region[lone], items.x[lone], items.y[lone], items.value.sum(axis=0)[lone]
+        known, items.pixel[lone], items.region[lone], items.x[lone], items.y[lone], summed(items.value[:, lone])
     )
     # A dark value proves nothing where it is doubtful: what is beside it may be the truth of half the piece.
     estimate = np.where(rough, np.maximum(size, brightest / math.sqrt(3)), estimate)
-    most, some = np.zeros(items.pixel.size), np.union1d(np.flatnonzero(unsure), lone if _may_end(needs) else lone[:0])
-    free = unshadowed(regions, needs, items.x[some], items.y[some], items.region[some])
-    most[some] = np.sqrt((free**2).sum(axis=0))
+    most, some = np.zeros(items.pixel.size), distinct(np.append(np.flatnonzero(unsure), lone if may_end else lone[:0]))
+    if some.size:
+        most[some] = np.sqrt((free(items.x[some], items.y[some], items.region[some]) ** 2).sum(axis=0))
     items.estimate[:] = np.where(unsure, np.maximum(estimate, UNSEEN * most), estimate) * items.area
     items.dark[:] = (size < DEEP * most) & (items.estimate < UNSEEN * most)
     items.lost[:] = np.where(unsure, UNSEEN * most, 0.0) * items.area
@@ -182,5 +176,5 @@ def _junction(every: Pieces, mine: Ints, label: Ints) -> Bools:
     region[mine] = label
     least = int(region.min(initial=0))
     base = int(region.max(initial=0)) - least + 1
-    cells, count = np.unique(np.unique(every.cell * base + (region - least)) // base, return_counts=True)
+    cells, count = np.unique(distinct(every.cell * base + (region - least)) // base, return_counts=True)
     return np.asarray(count[np.searchsorted(cells, every.cell[mine])] > 2)

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from nusselt.renderer.geometry.ragged import take
 from nusselt.renderer.vectors import Floats, Ints
 
 
@@ -69,13 +70,17 @@ def error_bound(value: Floats, region: Ints, rule: Rule, index: Ints) -> Floats:
     height, width = value.shape
     reach = np.arange(-4, 5)[:, None]
     row, column = np.divmod(index, width)
-    own = region.ravel()[index]
+    value, region = value.ravel(), region.ravel()
+    own = region[index]
     worst = np.zeros(index.size)
     for dy, dx in ((0, 1), (1, 0), (1, 1), (1, -1))[: 4 if rule.diagonal else 2]:
-        r, c = row + dy * reach, column + dx * reach
-        place = np.clip(r, 0, height - 1) * width + np.clip(c, 0, width - 1)
-        same = (region.ravel()[place] == own) & (r >= 0) & (r < height) & (c >= 0) & (c < width)
-        bound = _along(np.where(same, value.ravel()[place], np.nan), rule)
+        place = index + (dy * width + dx) * reach
+        same = take(region, place) == own
+        if dx:
+            same &= (column + dx * reach).view(np.uint64) < width  # the negative are large
+        if dy:
+            same &= (row + dy * reach).view(np.uint64) < height
+        bound = _along(np.where(same, take(value, place), np.nan), rule)
         unknown = 0.0 if dy and dx else np.inf
         np.maximum(worst, np.where(np.isfinite(bound), bound, unknown), out=worst)
     return worst

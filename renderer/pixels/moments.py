@@ -16,7 +16,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from nusselt.renderer.vectors import Floats, Ints
+from nusselt.renderer.vectors import Floats, Ints, distinct
 
 from .edge_fragments import Bits
 from .regions import Regions
@@ -73,16 +73,14 @@ def visible_edges(bits: Bits, regions: Regions) -> Edges:
     d = end - start
     d = d / np.sqrt((d * d).sum(axis=0))
     x, y = (start + end) / 2
-    left = regions.seen(x - bits.reach * d[1], y + bits.reach * d[0])
-    right = regions.seen(x + bits.reach * d[1], y - bits.reach * d[0])
+    across, down = bits.reach * d[1], bits.reach * d[0]
+    left, right = np.split(regions.seen(np.append(x - across, x + across), np.append(y + down, y - down)), 2)
     seen = np.flatnonzero(left != right)
     return Edges(Bits(start, end, bits.cell, bits.reach).take(seen), left[seen], right[seen])
 
 
-def _border(
-    edges: Edges, cells: Ints, width: int, scale: int, regions: Regions, side: int
-) -> tuple[Ints, Ints, Floats, Floats, Floats]:
-    """What is seen along the left (0) or right (1) border of cells: owner, region, length, middle, y^2 moment."""
+def _border(edges: Edges, cells: Ints, width: int, side: int) -> tuple[Ints, Floats, Floats]:
+    """Parts of the left (0) or right (1) border of cells between edges: owner, and from where to where."""
     bits = edges.bits
     row, column = np.divmod(bits.cell, width)
     owner = np.searchsorted(cells, bits.cell)
@@ -95,10 +93,7 @@ def _border(
     order = np.lexsort((y, who))
     who, y = who[order], y[order]
     kept = np.flatnonzero((who[1:] == who[:-1]) & (y[1:] - y[:-1] > 1e-9))
-    who, low, high = who[kept], y[kept], y[kept + 1]
-    row, column = np.divmod(cells[who], width)
-    seen = regions.seen((column + side) / scale, (row + (low + high) / 2) / scale)
-    return who, seen, high - low, (high**2 - low**2) / 2, (high**3 - low**3) / 3
+    return who[kept], y[kept], y[kept + 1]
 
 
 def pieces_of(edges: Edges, width: int, scale: int, regions: Regions) -> tuple[Pieces, Ints]:
@@ -112,7 +107,7 @@ def pieces_of(edges: Edges, width: int, scale: int, regions: Regions) -> tuple[P
         Cells in a pixel's side.
     """
     bits = edges.bits
-    cells = np.unique(bits.cell)
+    cells = distinct(bits.cell)
     row, column = np.divmod(bits.cell, width)
     owner = np.searchsorted(cells, bits.cell)
     dy = bits.end[1] - bits.start[1]
@@ -120,15 +115,18 @@ def pieces_of(edges: Edges, width: int, scale: int, regions: Regions) -> tuple[P
     for node in (0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3)):
         x = bits.start[0] + node * (bits.end[0] - bits.start[0]) - column
         y = bits.start[1] + node * dy - row
-        rest, first, second = 1 - x, (1 - x * x) / 2, (1 - x**3) / 3
-        sums += np.stack((rest, first, y * rest, second, y * first, y * y * rest, np.ones_like(x))) * (dy / 2)
-    who, seen, length, middle, square = _border(edges, cells, width, scale, regions, 0)
+        rest, one, two = 1 - x, (1 - x * x) / 2, (1 - x * x * x) / 3
+        sums += np.stack((rest, one, y * rest, two, y * one, y * y * rest, np.ones_like(x))) * (dy / 2)
+    (who, low, high), (far, first, last) = (_border(edges, cells, width, side) for side in (0, 1))
+    length, middle, square = high - low, (high**2 - low**2) / 2, (high**3 - low**3) / 3
     entering = np.stack((length, length / 2, middle, length / 3, middle / 2, square, length))
-    far, beyond, gone, *_ = _border(edges, cells, width, scale, regions, 1)
     leaving = np.zeros((7, far.size))
-    leaving[6] = -gone
+    leaving[6] = first - last
+    row, column = np.divmod(cells[np.append(who, far)], width)
+    column[who.size :] += 1
+    seen = regions.seen(column / scale, (row + np.append(low + high, first + last) / 2) / scale)
     key = np.concatenate((owner, owner, who, far))
-    region = np.concatenate((edges.right, edges.left, seen, beyond))
+    region = np.concatenate((edges.right, edges.left, seen))
     values = np.hstack((sums, -sums, entering, leaving))
     base = int(region.max(initial=0)) + 2
     pair, inverse = np.unique(key * base + region + 1, return_inverse=True)
@@ -138,7 +136,7 @@ def pieces_of(edges: Edges, width: int, scale: int, regions: Regions) -> tuple[P
     curved = np.zeros(cells.size)
     np.maximum.at(curved, owner, bits.reach)
     wrong = (np.abs(balance) > AGREE + 4 * curved[cell_of] * scale) | (area < -1e-6 - curved[cell_of] * scale)
-    bad = cells[np.unique(cell_of[wrong])]
+    bad = cells[distinct(cell_of[wrong])]
     kept = np.flatnonzero(area > LEAST)
     cell, area = cells[cell_of[kept]], area[kept]
     x, y = np.clip(x[kept] / area, 0, 1), np.clip(y[kept] / area, 0, 1)

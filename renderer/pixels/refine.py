@@ -32,7 +32,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.vectors import Floats, Ints
+from nusselt.renderer.vectors import Floats, Ints, distinct
 
 from .edge_fragments import Bits, cut_at_grid
 from .moments import Edges, Pieces, pieces_of
@@ -79,8 +79,8 @@ class Items:
     area, x, y : (n,) float64
         Share of the pixel, centroid.
     covariance : (3, n) float64
-    value : (3, n) float64
-        Mean radiance over the item, as far as known.
+    value : (c, n) float64
+        Mean radiance over the item, as far as known; see `shade.Palette.told`.
     estimate : (n,) float64
         Of its error (norm over the channels) times its area.
     level : (n,) int64
@@ -107,7 +107,7 @@ class Items:
 
     @classmethod
     def of(cls, pixel: Ints, region: Ints, pieces: Pieces, value: Floats, width: int) -> Items:
-        """Whole pixels (k,) and their regions, then pieces (m,), with values (3, k + m): nothing is estimated yet."""
+        """Whole pixels (k,) and their regions, then pieces (m,), with values (c, k + m): nothing is estimated yet."""
         whole = np.arange(pixel.size + pieces.cell.size) < pixel.size
         return cls(
             pixel=np.append(pixel, pieces.cell),
@@ -153,7 +153,7 @@ def refine(
     if jumps:
         items.estimate *= 2
         items.lost[:] = 0
-    chosen = np.union1d(_worst(items, budget / 2), np.flatnonzero(items.dark))
+    chosen = distinct(np.append(_worst(items, budget / 2), np.flatnonzero(items.dark)))
     while chosen.size:
         _evaluate(items, chosen, edges, regions, shade, rule, doubt)
         chosen = _worst(items, budget / 2) if _left(items) > budget else chosen[:0]
@@ -178,7 +178,7 @@ def _evaluate(
 ) -> None:
     """Evaluate items on their next grids."""
     parts, level = [], items.level[chosen] + 1
-    for now in np.unique(level).tolist():
+    for now in distinct(level).tolist():
         parts += _nodes(items, chosen[level == now], now, edges, regions)
     nodes, count = Nodes.joined(parts), items.pixel.size
     seen = np.bincount(nodes.item, nodes.weight, count)[chosen]
@@ -216,7 +216,7 @@ def _doubted(nodes: Nodes, items: Items, doubt: Doubt) -> Floats:
     """Of each item, the root of the sum of squared shares of its nodes that shadows still fit around."""
     mine = np.flatnonzero(items.lost[nodes.item] > 0)
     level, still = items.level[nodes.item[mine]] + 1, np.zeros(mine.size, dtype=bool)
-    for now in np.unique(level).tolist():
+    for now in distinct(level).tolist():
         k = np.flatnonzero(level == now)
         node = mine[k]
         still[k] = doubt(nodes.x[node], nodes.y[node], items.region[nodes.item[node]], 1 / GRIDS[now])
@@ -250,7 +250,7 @@ def _matched(items: Items, chosen: Ints) -> Nodes:
 def _subdivided(items: Items, chosen: Ints, grid: int, edges: Edges, regions: Regions) -> list[Nodes]:
     """The same exact moments on a grid inside the pixels; cells that cannot be cut are taken at their centre."""
     width = regions.lens.width
-    pixels = np.unique(items.pixel[chosen])
+    pixels = distinct(items.pixel[chosen])
     mine = np.flatnonzero(np.isin(edges.bits.cell, pixels))
     fine = _finer(edges, mine, grid, regions)
     pieces, bad = pieces_of(fine, width * grid, grid, regions)

@@ -108,6 +108,11 @@ class Regions:
         return self._sided(surface, d, distance)
 
     @cached_property
+    def shadow_edges(self) -> dict[Light, tuple[Floats, Floats]]:
+        """What may throw a light's shadow, as far as it was asked for; see `doubt`."""
+        return {}
+
+    @cached_property
     def _live(self) -> Ints:
         return np.flatnonzero(self.pencil.live)
 

@@ -29,11 +29,13 @@ from .render_centre import refuse_noise
 from .render_crowded import render_crowded
 from .shade import Palette, Shader, Work, palette_of, regions_of, surface_of
 from .supersampling import is_crowded
-from .whole_pixels import EDGE, Shown, shown_by
+from .whole_pixels import Shown, shown_by
 
 ROOM = 0.8
 """Of the tolerance, that estimates may add up to: they are no bounds. Without room the error was 0.2 of the tolerance
 at the median and 1.09 at worst, over 75 images of 15 views 64 pixels high."""
+SURE = 1e-6
+"""Share of a pixel that is none, and what lacks of all of it that is all."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +97,8 @@ def render_area(
         image, error, evaluations, busy = render_crowded(scene, estimator, tolerance, executor)
         return AreaImage(image, error, tolerance, evaluations, 0, busy)
     _, _, regions = regions_of(scene, scene.digest(), everything)
-    shade = Shader(Work(scene, scene.digest(), estimator, everything, tolerance), executor)
     palette = palette_of(scene, regions, needs)
+    shade = Shader(Work(scene, scene.digest(), estimator, everything, tolerance), executor, palette)
     shown = shown_by(regions, tolerance)
     shadows = Needs((), ()) if estimator.claim(needs) == "biased" else needs  # who leaves them out has none
     first = first_values(regions, palette, shown, shade, tolerance, shadows)
@@ -109,10 +111,8 @@ def render_area(
 
     rest = first.settled + refine(first.items, shown.edges, regions, shade, budget, jumps, doubt)
     image = _assemble(scene, regions, palette, shown, first, needs.left_out)
-    lit = (np.where(image.shaded, channel, 0.0) for channel in image.mean)
-    square = max(
-        first.square, sum(float(np.einsum("hw,hw->", v, v)) for v in lit)
-    )  # what was first found may be nothing
+    lit = float(np.einsum("chw,chw->hw", image.mean, image.mean)[image.shaded].sum())
+    square = max(first.square, lit)  # what was first found may be nothing
     error = min(math.sqrt(rest / square), 1.0) if square > 0 else float(rest > 0)
     parts = int(shown.pieces.cell.size)
     return AreaImage(image, error, tolerance, shade.evaluations, parts, int(shown.sampled.pixel.size))
@@ -123,34 +123,39 @@ def _assemble(
 ) -> Image:
     """Sum of all items in each pixel, and what is seen without being shaded."""
     height, width = scene.height, scene.width
-    count, pieces = height * width, shown.pieces
-    items, mean = first.items, first.image.reshape(3, -1)
-    mean[:, items.pixel[items.whole]] = items.value[:, items.whole]
-    parts = np.flatnonzero(~items.whole)
-    for out, channel in zip(mean, items.value, strict=True):
-        out += np.bincount(items.pixel[parts], items.area[parts] * channel[parts], count)
-    region = shown.region.ravel()
-    surface, split = surface_of(region, regions.surfaces), surface_of(pieces.region, regions.surfaces)
-    whole = region != EDGE
-    surface[~whole] = regions.surfaces
+    items, value, pieces = first.items, first.image.reshape(first.image.shape[0], -1), shown.pieces
+    whole, parts = np.flatnonzero(items.whole), np.flatnonzero(~items.whole)
+    value[:, items.pixel[whole]] = items.value[:, whole]
+    surface, split = first.surface.ravel(), surface_of(pieces.region, regions.surfaces)
+    mean = palette.radiance(value, surface)
+    for pixel, region, light in (
+        (items.pixel[parts], items.region[parts], items.area[parts] * items.value[:, parts]),
+        (first.pieces.cell, first.pieces.region, first.pieces.area * first.piece),
+    ):
+        _add(mean, pixel, palette.radiance(light, surface_of(region, regions.surfaces)))
+    shines: Bools = np.asarray(palette.seen.any(axis=0))
+    lit, cut = np.flatnonzero(shines[surface]), np.flatnonzero(shines[split])
+    mean[:, lit] += palette.seen[:, surface[lit]]
+    _add(mean, pieces.cell[cut], pieces.area[cut] * palette.seen[:, split[cut]])
+    plain = np.flatnonzero(~palette.reflects[surface])
+    bare = surface[plain]
 
-    def share(kind: Floats | Bools) -> Floats:
+    def share(kind: Bools) -> Floats:
         """Of each pixel, summed over its pieces."""
-        out = (kind[surface] * whole).astype(np.float64, copy=False)
-        out += np.bincount(pieces.cell, pieces.area * kind[split], count)
-        return out
+        out = np.zeros(surface.size)
+        out[plain] = np.take(kind, bare)
+        np.add.at(out, pieces.cell, pieces.area * kind[split])
+        cut = out[pieces.cell]
+        out[pieces.cell] = np.where(cut < SURE, 0.0, np.where(cut > 1 - SURE, 1.0, cut))
+        return out.reshape(height, width)
 
-    for out, seen in zip(mean, palette.seen, strict=True):
-        if seen.any():
-            out += share(seen)
-    nothing = np.arange(regions.surfaces + 1) == regions.surfaces
-    emitter, background = (_snapped(share(kind)).reshape(height, width) for kind in (palette.emitter, nothing))
-    back_faces = int((_snapped(share(palette.back)) > 0).sum()) if palette.back.any() else 0
-    return Image.without_noise(mean.reshape(3, height, width), emitter, background, back_faces, left_out)
+    nothing = np.arange(regions.surfaces + 2) == regions.surfaces
+    back = share(palette.back) if palette.back.any() else np.zeros(0)
+    mean = mean.reshape(3, height, width)
+    return Image.without_noise(mean, share(palette.emitter), share(nothing), int(np.count_nonzero(back)), left_out)
 
 
-def _snapped(share: Floats) -> Floats:
-    """Shares of a pixel; within 1e-6 of nothing or all they are that."""
-    share[share < 1e-6] = 0.0
-    share[share > 1 - 1e-6] = 1.0
-    return share
+def _add(image: Floats, pixel: Ints, light: Floats) -> None:
+    """Add light (c, k) to the pixels (k,) of an image (c, n)."""
+    for out, channel in zip(image, light, strict=True):
+        np.add.at(out, pixel, channel)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.vectors import Bools, Floats, Ints
+from nusselt.renderer.vectors import Bools, Floats, Ints, distinct
 
 SIDES = (32, 16, 8, 4)
 """Pixels a side of the patches, level by level; faces are the level after them."""
@@ -33,7 +33,7 @@ TRIED = 256
 """Places that are asked to find what shadows that fit in a pixel are worth."""
 
 Shade = Callable[[Ints], Floats]
-"""From numbers of places (k,) to their radiance (3, k)."""
+"""From numbers of places (k,) to their radiance (c, k)."""
 
 
 @dataclass
@@ -46,11 +46,11 @@ class Places:
         Pixels; share of the pixel.
     face, body : (n,) int64
         Which face each shows, and what that is part of: nothing is fitted across bodies.
-    free : (3, n) float64
-        Unshadowed radiance.
+    free : (c, n) float64
+        Unshadowed radiance; see `shade.Palette.told`.
     lost : (n,) float64
         What shadows that fit in a pixel somewhere on its face may be worth, radiance: no plane tells of them.
-    value : (3, n) float64
+    value : (c, n) float64
         Radiance: evaluated, or fitted.
     known : (n,) bool
         Evaluated.
@@ -120,11 +120,11 @@ def fit_shadows(places: Places, shade: Shade, tolerance: float, others: float) -
 
 def _levels(places: Places, active: Ints) -> list[tuple[Ints, int]]:
     """Patches (n,), level by level, and how many places are asked along their diagonals; none that hold few faces."""
-    faces = np.unique(places.face[active]).size
+    faces = distinct(places.face[active]).size
     levels: list[tuple[Ints, int]] = []
     for side in SIDES:
         patch = _patches(places, side)
-        if len(levels) == 0 or FACES * np.unique(patch[active]).size <= faces:
+        if len(levels) == 0 or FACES * distinct(patch[active]).size <= faces:
             levels.append((patch, MANY))
     return [*levels, (places.face, FEW)]
 
@@ -156,14 +156,16 @@ def _spread(places: Places, patch: Ints, active: Ints, across: int) -> Ints:
         first = np.flatnonzero(np.diff(patch[order], prepend=-1))
         last = np.append(first[1:], order.size) - 1
         chosen += [order[first + (last - first) * step // (across - 1)] for step in range(across)]
-    return np.unique(np.concatenate(chosen))
+    return distinct(np.concatenate(chosen))
 
 
 def _unsure(places: Places, patch: Ints, active: Ints, asked: Ints, miss: Floats, budget: float) -> tuple[Ints, float]:
     """The active places of patches that have to be looked at more closely, and what the others' errors sum to."""
+    if miss.size == 0:  # nothing was measured
+        return active[~places.known[active]], 0.0
     names, group = np.unique(patch[active], return_inverse=True)
     mine = np.searchsorted(names, patch[asked])
-    pooled = float(miss.mean()) if miss.size else 0.0
+    pooled = float(miss.mean())
     square = (np.bincount(mine, miss, names.size) + PRIOR * pooled) / (np.bincount(mine, minlength=names.size) + PRIOR)
     rest = ~places.known[active]
     weight, lost = places.area[active] * rest, places.lost[active] ** 2
@@ -208,11 +210,12 @@ def _fit(places: Places, patch: Ints, active: Ints, asked: Ints, before: Floats)
         out=np.zeros_like(before),
         where=places.free[:, asked] > 0,
     )
-    normal, right = np.zeros((count, 3, 3)), np.zeros((count, 3, 3))
+    normal, right = np.zeros((count, 3, 3)), np.zeros((count, 3, left.shape[0]))
     for i in range(3):
         for j in range(3):
             normal[:, i, j] = np.bincount(mine, weight * rows[i] * rows[j], count)
-            right[:, i, j] = np.bincount(mine, weight * rows[i] * left[j], count)
+        for j, channel in enumerate(left):
+            right[:, i, j] = np.bincount(mine, weight * rows[i] * channel, count)
     held = RIDGE * normal[:, 0, 0] / np.maximum(np.bincount(mine, minlength=count), 1)
     normal[:, range(3), range(3)] += np.where(held > 0, held, 1.0)[:, None]
     plane = np.linalg.solve(normal, right)

@@ -12,7 +12,7 @@ from nusselt.renderer.vectors import Bools, Ints
 from .moments import Pieces
 from .refine import UNSEEN, Items
 from .regions import Regions
-from .shade import Shader, unshadowed
+from .shade import Shader
 from .shadow_fits import Places, fit_shadows
 
 LARGEST = 64
@@ -89,10 +89,10 @@ class SmallFaces:
 
     def items(self, regions: Regions, needs: Needs, shade: Shader, asked: tuple[float, float]) -> Items:
         """With what `fit_shadows` finds of them; ``asked`` are its tolerance and others."""
-        nothing = np.zeros((3, self.doubt.size))
+        nothing = np.zeros((1, self.doubt.size))
         items = Items.of(self.pixel, self.region, self.pieces, nothing, regions.lens.width)
         x, y, region, area = items.x, items.y, items.region, items.area
-        free = unshadowed(regions, needs, x, y, region)
+        free = shade.free(regions, needs, x, y, region)
         most = UNSEEN * np.sqrt((free**2).sum(axis=0))
         _, face = np.unique(region, return_inverse=True)
         worst = np.zeros(int(face.max()) + 1)

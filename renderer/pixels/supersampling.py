@@ -28,7 +28,7 @@ from nusselt.renderer.prepared import prepare
 from nusselt.renderer.radiance import reflected
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Bools, Floats, Ints, column
+from nusselt.renderer.vectors import Bools, Floats, Ints, column, distinct
 from nusselt.renderer.visibility.segments import small_triangles
 
 MANY = 20_000
@@ -188,7 +188,7 @@ def _more(
 ) -> None:
     """As many frames again for some pixels, or the first ``count``."""
     work: list[tuple[int, Ints, Frames]] = []
-    for frames in np.unique(crowd.frames[some]).tolist():
+    for frames in distinct(crowd.frames[some]).tolist():
         mine = some[crowd.frames[some] == frames]
         for part in np.array_split(mine, -(-mine.size // RAYS)):
             step = max(1, RAYS // part.size)

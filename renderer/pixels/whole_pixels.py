@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nusselt.renderer.vectors import Ints
+from nusselt.renderer.vectors import Ints, distinct
 
 from .candidate_edges import find_lines, searched
 from .edge_fragments import bits_of, cut_at_crossings
@@ -50,11 +50,11 @@ def shown_by(regions: Regions, tolerance: float) -> Shown:
     bits, crowded = cut_at_crossings(bits_of(lines, width, height))
     edges = visible_edges(bits, regions)
     pieces, bad = pieces_of(edges, width, 1, regions)
-    crossed = np.unique(pieces.cell)
+    crossed = distinct(pieces.cell)
     region = _whole_regions(regions, crossed, searched(regions.geometry) and not bad.size and not crowded.size)
     if _missed(region.reshape(height, width)).size:
         region = _whole_regions(regions, crossed, False)
-    sampled = np.unique(np.concatenate((bad, crowded, _missed(region.reshape(height, width)))))
+    sampled = distinct(np.concatenate((bad, crowded, _missed(region.reshape(height, width)))))
     rays = rays_in(sampled, width * height, tolerance)
     pieces = resampled(pieces, sampled, rays, regions)
     region[sampled] = EDGE

@@ -88,6 +88,25 @@ def test_centres_on_small_faces_are_as_right_as_was_asked(tolerance):
     assert math.sqrt((error**2).sum() / (right.mean[:, right.shaded] ** 2).sum()) < tolerance
 
 
+@pytest.mark.parametrize("enough", [1e-4, 1e-6, 1e-9])
+def test_small_lights_err_by_what_is_enough(enough):
+    """From needles to squares, grazing ones too: few nodes, and a bound that says so."""
+    rng = np.random.default_rng(3)
+    n = 20_000
+    ab, ac, away, normals = rng.normal(size=(4, 3, n))
+    ac *= 10 ** rng.uniform(-3, 0, n)
+    middle = away / np.sqrt((away**2).sum(axis=0))
+    size = rng.uniform(0.01, 0.36, n) / np.sqrt(np.maximum((ab**2).sum(axis=0), (ac**2).sum(axis=0)))
+    light = middle - size * (ab + ac) / 2, size * ab, size * ac
+    points = np.zeros((3, n))
+    quick, bound = irradiance(points, normals, *light, enough=enough)
+    best, _ = irradiance(points, normals, *light)
+    error, most = np.abs(quick - best), facing(points, *light)
+    assert (error <= bound * quick + 1e-12 * best).all()
+    assert (error <= enough * most).all()
+    assert (error > 1e-3 * enough * most).any()  # the work is less where less is asked
+
+
 def test_closed_forms_err_by_what_is_enough_and_by_nothing_if_nothing_is_said():
     """Grazing points, where working precision is not enough for the last digits."""
     rng = np.random.default_rng(3)

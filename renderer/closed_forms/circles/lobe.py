@@ -15,7 +15,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from nusselt.renderer.closed_forms.arc_lobe import EPS, FALL
-from nusselt.renderer.vectors import Bools, Floats, Ints, dot, frame
+from nusselt.renderer.vectors import Bools, Floats, Ints, distinct, dot, frame
 
 from .circles import CircleArcs
 from .cones import ALL, NONE, arc, wrapped
@@ -210,7 +210,7 @@ class _Sums:
             high = np.minimum(last, 2 * np.pi * (turns + 1) - half)
             k = np.flatnonzero(low < high)
             few = np.ceil((high - low)[k] / (np.pi / 2)).astype(np.int64)
-            for parts in np.unique(few).tolist():
+            for parts in distinct(few).tolist():
                 some = k[few == parts]
                 step = (high - low)[some] / parts
                 for part in range(parts):

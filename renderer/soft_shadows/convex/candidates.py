@@ -10,7 +10,7 @@ import numpy as np
 from nusselt.renderer.closed_forms.circles.pairing import columns
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Floats, Ints, column, dot
+from nusselt.renderer.vectors import Floats, Ints, column, distinct, dot
 from nusselt.renderer.visibility.segments import Blockers
 from nusselt.renderer.watertight import PLANE_ULPS
 
@@ -100,7 +100,7 @@ class Standing:
         """Points (k,) before whose light a round body stands that is left to sampling."""
         ball = pairs.body - self.flat.count
         odd = np.r_[np.zeros(self.flat.count, dtype=bool), self.round.awkward][pairs.body]
-        return np.unique(pairs.point[odd & (points.ellipsoid[pairs.point] != ball)])
+        return distinct(pairs.point[odd & (points.ellipsoid[pairs.point] != ball)])
 
     def bodies(self, points: ShadingPoints, number: Ints, pairs: Pairs, portion: slice) -> tuple[Bodies, Ints]:
         """What stands before some points, the ``number``-th; and the points (k,) from which one body hides all."""

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.vectors import Floats, Ints, cross, dot, unit
+from nusselt.renderer.vectors import Floats, Ints, cross, distinct, dot, unit
 
 from .convex import FLAT, Convex, Loop, _chain
 
@@ -100,7 +100,7 @@ def _closed_body(points: Floats, index: Ints, group: Ints) -> Convex | None:
     flat = (np.abs(height[:, local]) <= room[:, None, None]).all(axis=2)  # (triangle, triangle): in its plane
     flat = (flat & flat.T) | np.eye(group.size, dtype=bool)
     face = flat.argmax(axis=1)
-    loops = [_outline(local[face == f]) for f in np.unique(face)]
+    loops = [_outline(local[face == f]) for f in distinct(face)]
     if not 4 <= len(loops) <= FACES or min(map(len, loops)) < 3:
         return None
     return Convex(vertices, tuple(loops), tuple(group.tolist()))

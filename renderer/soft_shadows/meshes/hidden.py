@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.needs import Source
-from nusselt.renderer.vectors import Floats, Ints, column, dot
+from nusselt.renderer.vectors import Floats, Ints, column, distinct, dot
 from nusselt.renderer.visibility.bvh import morton
 from nusselt.renderer.visibility.shared_points import CommonVisibility
 from nusselt.renderer.visibility.silhouette import Outline
@@ -89,7 +89,7 @@ def hidden_irradiance(
     own = LightFrame.of(light)
     height = dot(n[:, None, :], own.rim[:, :, None] - x[:, None, :])
     highest = np.where((height.max(axis=0) > 0) & (own.point(x)[2] > 0), height.argmax(axis=0), -1)
-    for corner in np.unique(highest[highest >= 0]).tolist():
+    for corner in distinct(highest[highest >= 0]).tolist():
         # The rim is walked from the corner that is highest over the point's horizon.
         k = np.flatnonzero(highest == corner)
         around = None if outside is None else outside[k]
