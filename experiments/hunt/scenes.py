@@ -12,6 +12,7 @@ from nusselt.experiments.search.colours import recoloured
 from nusselt.experiments.search.examine import stream
 from nusselt.experiments.search.generator import KINDS, random_scene
 from nusselt.experiments.search.motions import Motion, carried
+from nusselt.experiments.search.twins import extent
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
@@ -25,6 +26,8 @@ LIT = 0.1
 """Share of the pixels, at least, on which light falls."""
 DARK = 1000
 """Scenes in a row without one to show."""
+THINNER, WIDER = 1e-3, 3.0
+"""Times the size of all else: a side of a thin light at most, of a vast one at least."""
 THIN = ("sheets", "mixed")
 """Kinds with boxes of no thickness in single precision."""
 TIES, FAR = "ties", "far"
@@ -57,6 +60,23 @@ def _bodies(name: str, round_: bool) -> Ingredient:
     )
 
 
+def _sized(name: str, is_so: Callable[[float, float, float], bool]) -> Ingredient:
+    """Parallelogram lights of a shortest and a longest side, beside the size of all else."""
+
+    def there(scene: Scene, light: object) -> bool:
+        if not isinstance(light, QuadLight):
+            return False
+        sides = [float(np.linalg.norm(side)) for side in (light.ab, light.ac)]
+        low, high = extent(scene.with_(lights=()))
+        return is_so(min(sides), max(sides), float((high - low).max()))
+
+    return Ingredient(
+        name,
+        lambda scene: any(there(scene, light) for light in scene.lights),
+        lambda scene: scene.with_(lights=tuple(light for light in scene.lights if not there(scene, light))),
+    )
+
+
 def _first_alone(scene: Scene) -> Scene:
     meshes = scene.meshes[:1]
     return scene.with_(meshes=meshes, ellipsoids=() if meshes else scene.ellipsoids[:1])
@@ -65,6 +85,8 @@ def _first_alone(scene: Scene) -> Scene:
 INGREDIENTS: tuple[Ingredient, ...] = (
     _lights("point", PointLight),
     _lights("directional", DirectionalLight),
+    _sized("thin light", lambda short, long, size: short < THINNER * size),
+    _sized("vast light", lambda short, long, size: long > WIDER * size),
     _bodies("ellipsoid", False),
     _bodies("sphere", True),
     Ingredient(
@@ -96,7 +118,12 @@ def without(scene: Scene, name: str) -> Scene | None:
 
 
 def drawn(
-    seed: int, shape: tuple[int, int], samples: int, cannot: Sequence[str], also: Sequence[str]
+    seed: int,
+    shape: tuple[int, int],
+    samples: int,
+    cannot: Sequence[str],
+    also: Sequence[str],
+    two_sided: bool = False,
 ) -> Iterator[Scene]:
     """Scenes without end, the same ones for the same arguments; dark ones, by four samples of ours, are left out.
 
@@ -108,6 +135,8 @@ def drawn(
         Per light.
     cannot, also : sequence of str
         Of `NAMES` and of `EXTREMES`.
+    two_sided : bool
+        Whether surfaces reflect on their backs.
     """
     kinds, last = [kind for kind in KINDS if TIES in also or kind not in THIN], 0
     for number in count():
@@ -116,8 +145,8 @@ def drawn(
         made = random_scene(kinds[number % len(kinds)], number // len(kinds), seed)
         if FAR not in also and (made.kind == "far" or made.placed not in NEAR):
             continue
-        size = {"width": shape[0], "height": shape[1], "light_samples": samples, "stratify": True, "two_sided": False}
-        scene = made.scene.with_(**size)
+        size = {"width": shape[0], "height": shape[1], "light_samples": samples, "stratify": True}
+        scene = made.scene.with_(**size, two_sided=two_sided)
         for one in INGREDIENTS:
             scene = one.without(scene) if one.name in cannot else scene
         if TIES not in also:
