@@ -82,7 +82,9 @@ def _brightest(view: View, source: Source, solid: bool) -> Floats:
     near = [np.clip(node[0, best][:, None] + (node - 0.5) / (nodes.size - 1), 0, 1) for node in (u, v)]
     brightest = np.maximum(first.max(axis=1), _alone(view, source, solid, *near).max(axis=1))
     if isinstance(source.light, QuadLight | TriangleLight) and not solid:
-        brightest = np.maximum(brightest, _alone(view, source, solid, *_peaks(view, source)).max(axis=1))
+        with np.errstate(all="ignore"):  # of places in the light's plane, rays beside it, edges that point at them
+            peaks = _peaks(view, source)
+        brightest = np.maximum(brightest, _alone(view, source, solid, *peaks).max(axis=1))
     out = np.zeros(view.background.size)
     out[view.lit] = 2 * brightest
     return out
@@ -113,13 +115,12 @@ def _within(step: Floats, ab: Floats, ac: Floats) -> tuple[Floats, Floats]:
 def _in_plane(view: View, normal: Floats, at: Floats, glossy: bool) -> list[Floats]:
     """Ways (3, n) to where a plane is brightest by Lambert's cosine, and to where the mirror direction meets it."""
     n, m = view.points.normal, view.points.mirror
-    with np.errstate(all="ignore"):  # of surfaces in the plane, and rays beside it
-        foot = normal * (dot(at, normal) / dot(normal, normal))
-        height = np.sqrt(dot(foot, foot))
-        across = n - normal * (dot(n, normal) / dot(normal, normal))
-        upright = dot(n, foot) / height
-        lambert = foot + across * (height / (2 * upright + np.sqrt(4 * upright**2 + 3 * dot(across, across))))
-        return [lambert, m * (dot(at, normal) / dot(m, normal))] if glossy else [lambert]
+    foot = normal * (dot(at, normal) / dot(normal, normal))
+    height = np.sqrt(dot(foot, foot))
+    across = n - normal * (dot(n, normal) / dot(normal, normal))
+    upright = dot(n, foot) / height
+    lambert = foot + across * (height / (2 * upright + np.sqrt(4 * upright**2 + 3 * dot(across, across))))
+    return [lambert, m * (dot(at, normal) / dot(m, normal))] if glossy else [lambert]
 
 
 def _on_edge(view: View, start: Floats, along: Floats, glossy: bool) -> list[Floats]:
@@ -128,10 +129,9 @@ def _on_edge(view: View, start: Floats, along: Floats, glossy: bool) -> list[Flo
     aa, ab, bb = dot(start, start), dot(start, along), dot(along, along)
     na, nb, ma, mb = dot(n, start), dot(n, along), dot(m, start), dot(m, along)
     half, last = 2 * na * bb + nb * ab, 4 * na * ab - nb * aa
-    with np.errstate(all="ignore"):  # of edges that point at the place, or stand upright on the normal
-        root = -(half + np.copysign(np.sqrt(np.maximum(half**2 - 3 * nb * bb * last, 0)), half))
-        lambert = [root / (3 * nb * bb), last / root]
-        return [*lambert, (mb * aa - ma * ab) / (ma * bb - mb * ab)] if glossy else lambert
+    root = -(half + np.copysign(np.sqrt(np.maximum(half**2 - 3 * nb * bb * last, 0)), half))
+    lambert = [root / (3 * nb * bb), last / root]
+    return [*lambert, (mb * aa - ma * ab) / (ma * bb - mb * ab)] if glossy else lambert
 
 
 def _alone(view: View, source: Source, solid: bool, u: Floats, v: Floats) -> Floats:

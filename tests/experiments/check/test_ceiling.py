@@ -64,3 +64,12 @@ def test_right_images_that_miss_nearly_all_of_the_light_do_not_differ(lights, fl
     judging = Judging(question, External(), "", KeptReferences(None, None), diagnose=False)
     row = judge_images(missed, images, judging).row
     assert row["verdict"] != "differs", row["reason"]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("y", [0.0, 1e-12, 2.0])
+def test_places_in_the_plane_of_a_light_and_beside_it_raise_no_warning(y):
+    """A light in the floor's plane, one all but in it, and one upright, beside which the middle column's rays go."""
+    upright = QuadLight((-1.0, 0.0, -1.0), (0.0, 0.0, 2.0), (0.0, 2.0, 0.0), (1.0, 1.0, 1.0))
+    for light in (lamp(y), upright, TriangleLight((0.0, y, 0.0), (1.0, y, 0.0), (0.0, y, 1.0), (1.0, 1.0, 1.0))):
+        assert np.isfinite(sample_ceilings(SCENE.with_(lights=(light,), width=25))).all()
