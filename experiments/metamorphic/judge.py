@@ -8,6 +8,7 @@ spread holds that of both.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from nusselt.experiments.verdict.rule import Finding
 from nusselt.experiments.verdict.rules.normality import is_doubtful
 from nusselt.experiments.verdict.rules.pass_spread import PassSpread
 from nusselt.experiments.verdict.rules.pixels import Pixels
+from nusselt.experiments.verdict.rules.tiles import Tiles
 from nusselt.experiments.verdict.side import Seen, Side
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
 from nusselt.renderer.estimators import Area
@@ -85,27 +87,51 @@ def judge_relation(
         difference = np.array([np.where(abs(a - b) <= _limit(a, b, rounding), 0.0, a - b) for a, b in pairs])
     if still := _silent(related, images, difference):
         return still
-    grain = _grain(related, len(images))
-    evidence = evidence_of(related, expected, difference, margin + related.bound, grain)
-    said = _findings(evidence, level)
+    unpaired = np.array([seen for seen, _ in pairs]) - np.roll([wanted for _, wanted in pairs], 1, axis=0)
+    judged = partial(_judged, related, expected, (difference, unpaired), level, margin + related.bound)
+    found = judged(None)
+    if found.word != "differs" and not _is_glossy(related):
+        return found
+    # What no pass met may be all that differs; and tiles of few and large samples speak with their grain alone.
+    bounded = judged(_grain(related, len(images)))
+    return bounded if "differs" in (found.word, bounded.word) else found
+
+
+def _judged(
+    related: Related,
+    expected: Floats,
+    differences: tuple[Floats, Floats],
+    level: Level,
+    margin: float,
+    grain: Floats | None,
+) -> Judged:
+    """By differences of passes of one seed, or else of two, and the most that one sample brings, where it is given."""
+    evidence = evidence_of(related, expected, differences[0], margin, grain)
+    said = _findings(related, evidence, level)
     if is_doubtful(evidence)[0]:  # what is left of noise in common is rare: all noise is taken, of seeds unpaired
-        unpaired = np.array([seen for seen, _ in pairs]) - np.roll([wanted for _, wanted in pairs], 1, axis=0)
-        evidence = evidence_of(related, expected, unpaired, margin + related.bound, grain)
-        said = _findings(evidence, level)
+        evidence = evidence_of(related, expected, differences[1], margin, grain)
+        said = _findings(related, evidence, level)
     if said[PassSpread.name].fails[0]:  # pixels have noise in common: only passes are independent, no grain is known
         ours = replace(evidence.ours, by_passes=True, grain=None)
-        said = _findings(replace(evidence, ours=ours, shares_points=True), level)
+        said = _findings(related, replace(evidence, ours=ours, shares_points=True), level)
     word, reason, more = decide(said.values())
     figures = {key: value for finding in said.values() for key, value in finding.figures.items() if key in FIGURES}
     return Judged(word, reason, {key: np.asarray(value)[0].tolist() for key, value in figures.items()}, more)
 
 
-def _findings(evidence: Evidence, level: Level) -> dict[str, Finding]:
-    """What the rules say; not of single pixels where anything is random: one may be seen otherwise at an edge."""
+def _findings(related: Related, evidence: Evidence, level: Level) -> dict[str, Finding]:
+    """What the rules say; not of single pixels where anything is random: one may be seen otherwise at an edge.
+
+    Nor of tiles where a lobe's samples may be rare and large and no grain is known: few pixels miss them all alike.
+    """
     said = findings(evidence, level)
-    if evidence.ours.sampled:
-        said[Pixels.name] = replace(said[Pixels.name], fails=evidence.nowhere)
-    return said
+    silent = [Pixels.name] if evidence.ours.sampled else []
+    silent += [Tiles.name] if _is_glossy(related) and evidence.ours.grain is None else []
+    return said | {name: replace(said[name], fails=evidence.nowhere) for name in silent}
+
+
+def _is_glossy(related: Related) -> bool:
+    return any(scene.is_glossy for scene in (related.of, *(shot.scene for shot in related.shots)))
 
 
 def _grain(related: Related, runs: int) -> Floats:
