@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
 
 import numpy as np
@@ -18,6 +18,8 @@ from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.surfaces import Mesh
+from nusselt.renderer.vectors import cross, dot, unit
 
 NEAR = ("as made", "turned")
 APART = 0.03
@@ -28,6 +30,8 @@ DARK = 1000
 """Scenes in a row without one to show."""
 THINNER, WIDER = 1e-3, 3.0
 """Times the size of all else: a side of a thin light at most, of a vast one at least."""
+SAME_PLANE = 1e-9
+"""In unit normals, and in scene units, of things a few units large."""
 THIN = ("sheets", "mixed")
 """Kinds with boxes of no thickness in single precision."""
 TIES, FAR = "ties", "far"
@@ -150,10 +154,24 @@ def drawn(
         for one in INGREDIENTS:
             scene = one.without(scene) if one.name in cannot else scene
         if TIES not in also:
-            scene = _apart(scene, stream(seed, made.scene.name))
+            scene = _apart(_turned_one_way(scene), stream(seed, made.scene.name))
         if _shows_light(scene):
             last = number
             yield scene
+
+
+def _turned_one_way(scene: Scene) -> Scene:
+    """Without a mesh's triangles that lie in an earlier one's plane and face the other way: which is seen is a tie."""
+
+    def kept(mesh: Mesh) -> Mesh:
+        a, b, c = mesh.corners
+        n = unit(cross(b - a, c - a))
+        planes = np.vstack((n, dot(n, a)))
+        facing = np.abs(planes[:, :, None] + planes[:, None, :]).max(axis=0) < SAME_PLANE
+        left = ~np.triu(facing, 1).any(axis=0)
+        return mesh if left.all() else replace(mesh, triangles=mesh.triangles[:, left])
+
+    return scene.with_(meshes=tuple(map(kept, scene.meshes)))
 
 
 def _apart(scene: Scene, rng: np.random.Generator) -> Scene:
