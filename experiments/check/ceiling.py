@@ -83,21 +83,20 @@ def _brightest(view: View, source: Source, solid: bool) -> Floats:
     brightest = np.maximum(first.max(axis=1), _alone(view, source, solid, *near).max(axis=1))
     if isinstance(source.light, QuadLight | TriangleLight) and not solid:
         with np.errstate(all="ignore"):  # of places in the light's plane, rays beside it, edges that point at them
-            peaks = _peaks(view, source)
+            peaks = _peaks(view, source.light, source.glossy)
         brightest = np.maximum(brightest, _alone(view, source, solid, *peaks).max(axis=1))
     out = np.zeros(view.background.size)
     out[view.lit] = 2 * brightest
     return out
 
 
-def _peaks(view: View, source: Source) -> tuple[Floats, Floats]:
+def _peaks(view: View, light: QuadLight | TriangleLight, glossy: bool) -> tuple[Floats, Floats]:
     """Places (n, k) of a flat light, twice, where what it brings may be largest: in its plane, and on each edge."""
-    light = source.light
     at, ab, ac = light.columns
     at = at - view.points.position
-    found = [_within(place - at, ab, ac) for place in _in_plane(view, cross(ab, ac), at, source.glossy)]
+    found = [_within(place - at, ab, ac) for place in _in_plane(view, cross(ab, ac), at, glossy)]
     for s, t, ds, dt in EDGES[isinstance(light, TriangleLight)]:
-        ways = _on_edge(view, at + s * ab + t * ac, ds * ab + dt * ac, source.glossy)
+        ways = _on_edge(view, at + s * ab + t * ac, ds * ab + dt * ac, glossy)
         found += [(s + x * ds, t + x * dt) for x in (np.clip(np.nan_to_num(way), 0, 1) for way in ways)]
     s, t = (np.clip(np.nan_to_num(np.stack(one, axis=1)), 0, 1) for one in zip(*found, strict=True))
     if isinstance(light, QuadLight):
@@ -130,8 +129,8 @@ def _on_edge(view: View, start: Floats, along: Floats, glossy: bool) -> list[Flo
     na, nb, ma, mb = dot(n, start), dot(n, along), dot(m, start), dot(m, along)
     half, last = 2 * na * bb + nb * ab, 4 * na * ab - nb * aa
     root = -(half + np.copysign(np.sqrt(np.maximum(half**2 - 3 * nb * bb * last, 0)), half))
-    lambert = [root / (3 * nb * bb), last / root]
-    return [*lambert, (mb * aa - ma * ab) / (ma * bb - mb * ab)] if glossy else lambert
+    mirrored = [(mb * aa - ma * ab) / (ma * bb - mb * ab)] if glossy else []
+    return [root / (3 * nb * bb), last / root, *mirrored]
 
 
 def _alone(view: View, source: Source, solid: bool, u: Floats, v: Floats) -> Floats:

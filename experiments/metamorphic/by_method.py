@@ -58,11 +58,9 @@ def _judged(
     shaded.flat[evidence.place] = True
     if not shaded.any():
         return Judged("undecided", "no surface is seen", {})
-    two = [
-        _contestant(evidence, side, step[:, shaded], number)
-        for number, (side, step) in enumerate(zip((evidence.ours, evidence.reference), steps, strict=True))
-    ]
-    found = difference(*two, shaded, margin + related.bound, level)
+    one = _contestant(evidence, evidence.ours, steps[0][:, shaded], 0)
+    other = _contestant(evidence, evidence.reference, steps[1][:, shaded], 1)
+    found = difference(one, other, shaded, margin + related.bound, level)
     interval = list(found.interval)
     return Judged(found.word, found.reason, {"bias_relative": found.bias, "bias_interval": interval})
 

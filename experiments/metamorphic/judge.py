@@ -137,7 +137,7 @@ def _is_glossy(related: Related) -> bool:
 def _grain(related: Related, runs: int) -> Floats:
     """The most that one sample brings to a pixel of the mean, (h, w), by a renderer that may pick one of the lights."""
     shots = (Shot(related.of), *related.shots)
-    images = [np.broadcast_to(_most(shot) / runs, (3, *_most(shot).shape)) for shot in shots]
+    images: Images = [np.broadcast_to(_most(shot) / runs, (3, *_most(shot).shape)) for shot in shots]
     sides = zip(related.sides(images), related.sides([0 * image for image in images]), strict=True)
     return np.asarray(np.max([(some - none).mean(axis=0) for some, none in sides], axis=0))
 

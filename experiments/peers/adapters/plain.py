@@ -183,22 +183,21 @@ def run(render: Callable[..., tuple[Floats, str]], scale: float = 1.0) -> None:
     against the scene, and large against its rounding.
     """
     if sys.argv[-1] != SERVE:
-        _job(render, scale, *sys.argv[-3:])
+        _job(render, scale, sys.argv[-3:])
         return
     for line in sys.stdin:
         RENDERING.spent[:] = 0
         try:
-            _job(render, scale, *json.loads(line), before=RENDERING.now()[1])
+            _job(render, scale, json.loads(line), before=RENDERING.now()[1])
             said = DONE
         except Exception as error:
             said = FAILED + " ".join(f"{type(error).__name__}: {error}".split())
         print(f"\n{said}", flush=True)
 
 
-def _job(
-    render: Callable[..., tuple[Floats, str]], scale: float, source: str, target: str, options: str, before: float = 0.0
-) -> None:
+def _job(render: Callable[..., tuple[Floats, str]], scale: float, told: list[str], before: float = 0.0) -> None:
     """``before``: processor seconds until it began, of other jobs."""
+    source, target, options = told
     with np.load(source) as arrays:
         scene = Plain(**{name: arrays[name] for name in arrays.files})
     image, version = render(scene.scaled(scale), **json.loads(options))
