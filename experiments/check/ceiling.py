@@ -11,7 +11,7 @@ from scipy import ndimage
 from nusselt.mitsuba_bridge.reference import Reference
 from nusselt.renderer.camera.view import View, look
 from nusselt.renderer.estimators.protocol import BLOCK
-from nusselt.renderer.lights import QuadLight, colour
+from nusselt.renderer.lights import QuadLight, TriangleLight, colour
 from nusselt.renderer.needs import Source
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
@@ -20,6 +20,12 @@ from nusselt.renderer.vectors import Floats, cross, dot
 
 NODES, AROUND = np.linspace(0, 1, 3), np.linspace(0, 1, 9)
 """Of a grid of light points, whose brightest is refined once; of a light that shines from all around."""
+EDGES = (
+    ((0, 0, 1, 0), (0, 1, 1, 0), (0, 0, 0, 1), (1, 0, 0, 1)),
+    ((0, 0, 1, 0), (0, 0, 0, 1), (1, 0, -1, 1)),
+)
+"""Of a parallelogram and of a triangle: where they start and how they go, in multiples of the light's own two."""
+TINY = 1e-300
 PIXELS = 1 << 16
 """Of larger images as many are looked at, and their neighbours take the largest."""
 
@@ -75,28 +81,56 @@ def _brightest(view: View, source: Source, solid: bool) -> Floats:
     best = first.argmax(axis=1)
     near = [np.clip(node[0, best][:, None] + (node - 0.5) / (nodes.size - 1), 0, 1) for node in (u, v)]
     brightest = np.maximum(first.max(axis=1), _alone(view, source, solid, *near).max(axis=1))
-    quad = source.light.parallelogram()
-    if source.glossy and quad is not None and not solid:
-        brightest = np.maximum(brightest, _alone(view, source, solid, *_mirrored(view, quad)).max(axis=1))
+    if isinstance(source.light, QuadLight | TriangleLight) and not solid:
+        with np.errstate(all="ignore"):  # of places in the light's plane, rays beside it, edges that point at them
+            peaks = _peaks(view, source.light, source.glossy)
+        brightest = np.maximum(brightest, _alone(view, source, solid, *peaks).max(axis=1))
     out = np.zeros(view.background.size)
     out[view.lit] = 2 * brightest
     return out
 
 
-def _mirrored(view: View, quad: QuadLight) -> tuple[Floats, Floats]:
-    """Where the angle to the mirror direction is least, (n, 5) twice: in the light's plane, and on each edge."""
-    m, (p, ab, ac) = view.points.mirror, quad.columns
-    at = p - view.points.position
-    with np.errstate(all="ignore"):  # of rays beside the plane, and edges that point at the place
-        normal = cross(ab, ac)
-        step = m * (dot(at, normal) / dot(m, normal)) - at
-        size = dot(normal, normal)
-        u, v = [dot(cross(step, ac), normal) / size], [dot(cross(ab, step), normal) / size]
-        for start, along, fixed, free in ((at, ab, v, u), (at + ac, ab, v, u), (at, ac, u, v), (at + ab, ac, u, v)):
-            fall = dot(m, start) * dot(along, along) - dot(m, along) * dot(start, along)
-            free.append((dot(m, along) * dot(start, start) - dot(m, start) * dot(start, along)) / fall)
-            fixed.append(np.full_like(fall, float(start is not at)))
-    return tuple(np.clip(np.nan_to_num(np.stack(one, axis=1)), 0, 1) for one in (u, v))  # type: ignore[return-value]
+def _peaks(view: View, light: QuadLight | TriangleLight, glossy: bool) -> tuple[Floats, Floats]:
+    """Places (n, k) of a flat light, twice, where what it brings may be largest: in its plane, and on each edge."""
+    at, ab, ac = light.columns
+    at = at - view.points.position
+    found = [_within(place - at, ab, ac) for place in _in_plane(view, cross(ab, ac), at, glossy)]
+    for s, t, ds, dt in EDGES[isinstance(light, TriangleLight)]:
+        ways = _on_edge(view, at + s * ab + t * ac, ds * ab + dt * ac, glossy)
+        found += [(s + x * ds, t + x * dt) for x in (np.clip(np.nan_to_num(way), 0, 1) for way in ways)]
+    s, t = (np.clip(np.nan_to_num(np.stack(one, axis=1)), 0, 1) for one in zip(*found, strict=True))
+    if isinstance(light, QuadLight):
+        return s, t
+    return 1 - (1 - t) ** 2, np.clip(s / np.maximum(1 - t, TINY), 0, 1)
+
+
+def _within(step: Floats, ab: Floats, ac: Floats) -> tuple[Floats, Floats]:
+    """What multiples of two edges a step in their plane is, (n,) each."""
+    normal = cross(ab, ac)
+    size = dot(normal, normal)
+    return dot(cross(step, ac), normal) / size, dot(cross(ab, step), normal) / size
+
+
+def _in_plane(view: View, normal: Floats, at: Floats, glossy: bool) -> list[Floats]:
+    """Ways (3, n) to where a plane is brightest by Lambert's cosine, and to where the mirror direction meets it."""
+    n, m = view.points.normal, view.points.mirror
+    foot = normal * (dot(at, normal) / dot(normal, normal))
+    height = np.sqrt(dot(foot, foot))
+    across = n - normal * (dot(n, normal) / dot(normal, normal))
+    upright = dot(n, foot) / height
+    lambert = foot + across * (height / (2 * upright + np.sqrt(4 * upright**2 + 3 * dot(across, across))))
+    return [lambert, m * (dot(at, normal) / dot(m, normal))] if glossy else [lambert]
+
+
+def _on_edge(view: View, start: Floats, along: Floats, glossy: bool) -> list[Floats]:
+    """Shares (n,) of an edge: where (n.d) / d^4 is largest or least, and where the angle to the mirror direction is."""
+    n, m = view.points.normal, view.points.mirror
+    aa, ab, bb = dot(start, start), dot(start, along), dot(along, along)
+    na, nb, ma, mb = dot(n, start), dot(n, along), dot(m, start), dot(m, along)
+    half, last = 2 * na * bb + nb * ab, 4 * na * ab - nb * aa
+    root = -(half + np.copysign(np.sqrt(np.maximum(half**2 - 3 * nb * bb * last, 0)), half))
+    mirrored = [(mb * aa - ma * ab) / (ma * bb - mb * ab)] if glossy else []
+    return [root / (3 * nb * bb), last / root, *mirrored]
 
 
 def _alone(view: View, source: Source, solid: bool, u: Floats, v: Floats) -> Floats:

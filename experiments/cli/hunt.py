@@ -15,6 +15,7 @@ from nusselt.experiments.hunt.hunt import Hunt, Question
 from nusselt.experiments.hunt.page import headline, lines, scene_file, write_page
 from nusselt.experiments.hunt.scenes import EXTREMES, NAMES
 from nusselt.experiments.metamorphic.ask import Asking
+from nusselt.experiments.metamorphic.peer_source import PeerSource
 from nusselt.experiments.metamorphic.sources import MITSUBA
 from nusselt.experiments.reduce.failure import BESIDE
 from nusselt.experiments.results.status import EXIT
@@ -70,7 +71,11 @@ def command(
     makers = [replace(made, estimator=name) for name in made.estimator or (None,)]
     asking = Asking(**asked | {"alpha": float(str(asked["alpha"])) / len(makers)})  # type: ignore[arg-type]
     size, samples = made.width or Question.size, made.samples or Question.samples
-    question = Question(asking, scenes, size, samples, cannot, also, blind)
+    peer = source if isinstance(source := makers[0].source, PeerSource) else None
+    if peer:
+        samples, cannot = made.samples or peer.samples, tuple(dict.fromkeys((*cannot, *peer.cannot)))
+        click.echo(f"{peer.peer.title}: surfaces of two sides, without {', '.join(cannot)}", err=True)
+    question = Question(asking, scenes, size, samples, cannot, also, blind, two_sided=peer is not None)
     said, share, verdicts = said_words(context, ELSEWHERE), 60 * minutes / len(makers), set[str]()
     for maker in makers:
         hunt = Hunt(question, maker.source, out / str(maker.estimator) if len(makers) > 1 else out)
@@ -96,7 +101,9 @@ def _shows(made: Made, words: list[str], hunt: Hunt, number: int) -> str:
     asking, name = hunt.question.asking, scene_file(number)
     margin, manner = ["--margin", f"{asking.margin:g}"], hunt.causes.known[number].failing.manner
     if manner != BESIDE:
-        return again([*words, *margin], manner, name)
+        return again([*words, *margin, *(["--two-sided"] if hunt.question.two_sided else [])], manner, name)
+    if isinstance(hunt.source, PeerSource):
+        return shlex.join(["nusselt", "cross", name, "--peers", hunt.source.name, "--two-sided", *margin])
     who = ["--estimator", made.estimator or "exact"]
     if made.renderer not in (None, MITSUBA):
         who = ["--renderer", str(made.renderer), "--image-type", made.image_type, "--steps", "1"]

@@ -47,7 +47,9 @@ class Made:
 
 
 OPTIONS = (
-    click.option("--renderer", metavar="COMMAND", help="A program with {scene} or {xml}, {output} …; or: mitsuba."),
+    click.option(
+        "--renderer", metavar="COMMAND", help="A program with {scene} or {xml}, {output} …; or a peer: mitsuba …"
+    ),
     click.option("--image-type", type=click.Choice(list(READERS)), default=".exr", show_default=True),
     click.option("--run-timeout", type=click.FloatRange(0, min_open=True), default=600.0, show_default=True),
     click.option("--new-kinds", is_flag=True, help="The renderer knows quad and triangle lights."),

@@ -158,7 +158,7 @@ MUSEUM: tuple[Exhibit, ...] = (
         Mistake(
             "no number in the light's plane",
             "an inverse root of nothing where a quad light meets a surface",
-            "lamp from behind",
+            "tilted lamp",
             "quad_term",
             _no_number_on_edges,
         ),

@@ -194,13 +194,13 @@ def call(words: list[str], timeout: float) -> None:
         except subprocess.TimeoutExpired:
             raise ProgramFailed(f"the renderer took more than {timeout:g} s and was ended") from None
         finally:
-            _end(process)
+            end(process)
         if status:
             raise ProgramFailed(f"the renderer ended with status {status}{_last_words(said)}")
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """The program, and whatever it left running."""
+def end(process: subprocess.Popen[bytes]) -> None:
+    """End a program, and whatever it left running."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal.SIGKILL)
     with contextlib.suppress(subprocess.TimeoutExpired):

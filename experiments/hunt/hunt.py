@@ -26,7 +26,7 @@ from nusselt.renderer.scene_text import parse_scene, write_scene
 
 from .causes import Cause, Causes
 from .scenes import drawn
-from .trial import RELATIONS, Failing, Shots, Trial
+from .trial import RELATING, Failing, Shots, Trial
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Question:
     """What is hunted for.
 
     ``asking.alpha`` is the chance that a right renderer is called wrong by any of the ``scenes``, of ``size`` pixels a
-    side and ``samples`` a light; ``cannot`` and ``also`` as in `drawn`; ``blind``: all images first.
+    side and ``samples`` a light; ``cannot``, ``also`` and ``two_sided`` as in `drawn`; ``blind``: all images first.
     """
 
     asking: Asking
@@ -44,6 +44,7 @@ class Question:
     cannot: tuple[str, ...] = ()
     also: tuple[str, ...] = ()
     blind: bool = False
+    two_sided: bool = False
 
 
 @dataclass
@@ -62,7 +63,7 @@ class Hunt:
 
     def trial(self, scene: Scene) -> Trial:
         """A scene before the renderer."""
-        return Trial(scene, self.source, self.question.asking, self.question.scenes * (1 + RELATIONS))
+        return Trial(scene, self.source, self.question.asking, self.question.scenes * (1 + RELATING))
 
     @property
     def number(self) -> str:
@@ -74,38 +75,39 @@ class Hunt:
         """Go on until all scenes are done, or to a time of `time.monotonic`; a blind hunt collects for half of it."""
         asked, self.causes.until = self.question, until
         collect = (time.monotonic() + until) / 2 if asked.blind else until
-        waiting: list[tuple[Scene, Shots]] = []
-        scenes = drawn(asked.asking.seed, (asked.size, asked.size), asked.samples, asked.cannot, asked.also)
+        waiting: list[tuple[Trial, Shots]] = []
+        size = asked.size, asked.size
+        scenes = drawn(asked.asking.seed, size, asked.samples, asked.cannot, asked.also, asked.two_sided)
         for number, scene in enumerate(islice(scenes, asked.scenes)):
             if time.monotonic() > collect:
                 break
             progress(scene.name, number, asked.scenes)
             if "verdict" not in self.scenes.get(scene.name, {}):
-                shots = self._shots(scene)
-                waiting.append((scene, shots))
+                trial = self.trial(scene)
+                waiting.append((trial, self._shots(trial)))
                 if not asked.blind:
                     self._judge(*waiting.pop())
         if waiting:
             tell(f"{len(self.scenes)} scenes are rendered, no exact image is made yet: number {self.number}")
-        for number, (scene, shots) in enumerate(waiting):
-            progress(f"judging {scene.name}", number, len(waiting))
+        for number, (trial, shots) in enumerate(waiting):
+            progress(f"judging {trial.scene.name}", number, len(waiting))
             if time.monotonic() < until:
-                self._judge(scene, shots)
+                self._judge(trial, shots)
 
-    def _shots(self, scene: Scene) -> Shots:
+    def _shots(self, trial: Trial) -> Shots:
         """Its images, which are those whose number was told, if one was."""
-        shots = self.trial(scene).shots()
+        scene, shots = trial.scene, trial.shots()
         entry = {"scene": scene.digest(), "images": shots.digest}
         if self.scenes.setdefault(scene.name, entry) != entry:
             raise InputError("images", scene.name, "those of this hunt's number: the renderer gives others now")
         self._write()
         return shots
 
-    def _judge(self, scene: Scene, shots: Shots) -> None:
-        word, failing = self.trial(scene).judged(shots)
+    def _judge(self, trial: Trial, shots: Shots) -> None:
+        word, failing = trial.judged(shots)
         if failing is not None:
-            self.causes.explain(scene, failing)
-        self.scenes[scene.name]["verdict"] = word
+            self.causes.explain(trial.scene, failing)
+        self.scenes[trial.scene.name]["verdict"] = word
         self._write()
 
     @property
@@ -129,11 +131,11 @@ class Hunt:
             content = json.loads(self._state.read_text(encoding="utf-8"))
             if content["question"] != self._asked:
                 raise ValueError("another seed, renderer or option")
-            self.scenes, self.causes.known = content["scenes"], [_cause(entry) for entry in content["causes"]]
+            self.scenes, self.causes.known = content["scenes"], [self._cause(entry) for entry in content["causes"]]
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError("--out", str(self.place), f"a folder without another hunt ({error})") from error
 
-
-def _cause(entry: dict[str, Any]) -> Cause:
-    failing = Failing(**entry["failing"] | {"names": tuple(entry["failing"]["names"])})
-    return Cause(failing, tuple(entry["needs"]), parse_scene(entry["scene"]), entry["shown"], tuple(entry["seen"]))
+    def _cause(self, entry: dict[str, Any]) -> Cause:
+        failing = Failing(**entry["failing"] | {"names": tuple(entry["failing"]["names"])})
+        scene = parse_scene(entry["scene"]).with_(two_sided=self.question.two_sided)
+        return Cause(failing, tuple(entry["needs"]), scene, entry["shown"], tuple(entry["seen"]))

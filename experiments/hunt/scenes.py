@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
 
 import numpy as np
@@ -12,11 +12,14 @@ from nusselt.experiments.search.colours import recoloured
 from nusselt.experiments.search.examine import stream
 from nusselt.experiments.search.generator import KINDS, random_scene
 from nusselt.experiments.search.motions import Motion, carried
+from nusselt.experiments.search.twins import extent
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight
 from nusselt.renderer.scene import Scene
+from nusselt.renderer.surfaces import Mesh
+from nusselt.renderer.vectors import cross, dot, unit
 
 NEAR = ("as made", "turned")
 APART = 0.03
@@ -25,6 +28,10 @@ LIT = 0.1
 """Share of the pixels, at least, on which light falls."""
 DARK = 1000
 """Scenes in a row without one to show."""
+THINNER, WIDER = 1e-3, 3.0
+"""Times the size of all else: a side of a thin light at most, of a vast one at least."""
+SAME_PLANE = 1e-9
+"""In unit normals, and in scene units, of things a few units large."""
 THIN = ("sheets", "mixed")
 """Kinds with boxes of no thickness in single precision."""
 TIES, FAR = "ties", "far"
@@ -57,6 +64,23 @@ def _bodies(name: str, round_: bool) -> Ingredient:
     )
 
 
+def _sized(name: str, is_so: Callable[[float, float, float], bool]) -> Ingredient:
+    """Parallelogram lights of a shortest and a longest side, beside the size of all else."""
+
+    def there(scene: Scene, light: object) -> bool:
+        if not isinstance(light, QuadLight):
+            return False
+        sides = [float(np.linalg.norm(side)) for side in (light.ab, light.ac)]
+        low, high = extent(scene.with_(lights=()))
+        return is_so(min(sides), max(sides), float((high - low).max()))
+
+    return Ingredient(
+        name,
+        lambda scene: any(there(scene, light) for light in scene.lights),
+        lambda scene: scene.with_(lights=tuple(light for light in scene.lights if not there(scene, light))),
+    )
+
+
 def _first_alone(scene: Scene) -> Scene:
     meshes = scene.meshes[:1]
     return scene.with_(meshes=meshes, ellipsoids=() if meshes else scene.ellipsoids[:1])
@@ -65,6 +89,8 @@ def _first_alone(scene: Scene) -> Scene:
 INGREDIENTS: tuple[Ingredient, ...] = (
     _lights("point", PointLight),
     _lights("directional", DirectionalLight),
+    _sized("thin light", lambda short, long, size: short < THINNER * size),
+    _sized("vast light", lambda short, long, size: long > WIDER * size),
     _bodies("ellipsoid", False),
     _bodies("sphere", True),
     Ingredient(
@@ -96,7 +122,12 @@ def without(scene: Scene, name: str) -> Scene | None:
 
 
 def drawn(
-    seed: int, shape: tuple[int, int], samples: int, cannot: Sequence[str], also: Sequence[str]
+    seed: int,
+    shape: tuple[int, int],
+    samples: int,
+    cannot: Sequence[str],
+    also: Sequence[str],
+    two_sided: bool = False,
 ) -> Iterator[Scene]:
     """Scenes without end, the same ones for the same arguments; dark ones, by four samples of ours, are left out.
 
@@ -108,6 +139,8 @@ def drawn(
         Per light.
     cannot, also : sequence of str
         Of `NAMES` and of `EXTREMES`.
+    two_sided : bool
+        Whether surfaces reflect on their backs.
     """
     kinds, last = [kind for kind in KINDS if TIES in also or kind not in THIN], 0
     for number in count():
@@ -116,15 +149,29 @@ def drawn(
         made = random_scene(kinds[number % len(kinds)], number // len(kinds), seed)
         if FAR not in also and (made.kind == "far" or made.placed not in NEAR):
             continue
-        size = {"width": shape[0], "height": shape[1], "light_samples": samples, "stratify": True, "two_sided": False}
-        scene = made.scene.with_(**size)
+        size = {"width": shape[0], "height": shape[1], "light_samples": samples, "stratify": True}
+        scene = made.scene.with_(**size, two_sided=two_sided)
         for one in INGREDIENTS:
             scene = one.without(scene) if one.name in cannot else scene
         if TIES not in also:
-            scene = _apart(scene, stream(seed, made.scene.name))
+            scene = _apart(_turned_one_way(scene), stream(seed, made.scene.name))
         if _shows_light(scene):
             last = number
             yield scene
+
+
+def _turned_one_way(scene: Scene) -> Scene:
+    """Without a mesh's triangles that lie in an earlier one's plane and face the other way: which is seen is a tie."""
+
+    def kept(mesh: Mesh) -> Mesh:
+        a, b, c = mesh.corners
+        n = unit(cross(b - a, c - a))
+        planes = np.vstack((n, dot(n, a)))
+        facing = np.abs(planes[:, :, None] + planes[:, None, :]).max(axis=0) < SAME_PLANE
+        left = ~np.triu(facing, 1).any(axis=0)
+        return mesh if left.all() else replace(mesh, triangles=mesh.triangles[:, left])
+
+    return scene.with_(meshes=tuple(map(kept, scene.meshes)))
 
 
 def _apart(scene: Scene, rng: np.random.Generator) -> Scene:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 
@@ -14,9 +15,11 @@ from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.external.judge import External, Judging, judge_images
 from nusselt.experiments.external.program import ProgramFailed
-from nusselt.experiments.metamorphic.ask import Asking, is_still, relations_of
+from nusselt.experiments.metamorphic.ask import Asking, is_still, related_of
+from nusselt.experiments.metamorphic.by_method import beside_exact, judge_by_method, steps_of
 from nusselt.experiments.metamorphic.judge import judge_relation
 from nusselt.experiments.metamorphic.relation import Related, Relation, Shot
+from nusselt.experiments.metamorphic.relations import RELATIONS
 from nusselt.experiments.metamorphic.sources import Source
 from nusselt.experiments.reduce.failure import BESIDE, CRASHES, NOT_FINITE
 from nusselt.experiments.search.examine import stream
@@ -24,7 +27,7 @@ from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
-RELATIONS = 2
+RELATING = 2
 """Of a scene, by chance: other scenes try the others."""
 
 
@@ -44,16 +47,20 @@ class Failing:
 
 @dataclass(frozen=True, eq=False)
 class Shots:
-    """Images (3, h, w) float32 of a scene: for every seed its own, then every relation's; why there are no more."""
+    """Images (3, h, w) float32 of a scene: for every seed its own, then every relation's; why there are no more.
+
+    ``steps``: of one seed, what a method without noise may be off by.
+    """
 
     passes: list[list[Floats]]
     failure: Failing | None = None
+    steps: tuple[Floats, ...] = ()
 
     @property
     def digest(self) -> str:
         """Of every value, and of how it failed."""
         told = hashlib.sha256((self.failure.manner if self.failure else "").encode())
-        for image in (image for each in self.passes for image in each):
+        for image in (image for each in (*self.passes, self.steps) for image in each):
             told.update(np.ascontiguousarray(image, dtype="<f4").tobytes())
         return told.hexdigest()
 
@@ -69,16 +76,16 @@ class Trial:
     source: Source
     asking: Asking
     rows: int
-    relating: int = RELATIONS
+    relating: int = RELATING
     diagnosing: bool = True
 
     @cached_property
     def relations(self) -> list[tuple[Relation, Related]]:
         """Some that ask for one image more, no larger than the scene's."""
-        made = relations_of(self.scene, self.source, self.asking) if self.relating else []
-        cheap = [(one, related) for one, related in made if isinstance(related, Related) and _is_cheap(related)]
-        order = stream(self.asking.seed, f"relations {self.scene.name}").permutation(len(cheap))
-        return [cheap[k] for k in sorted(order[: self.relating])]
+        order = stream(self.asking.seed, f"relations {self.scene.name}").permutation(len(RELATIONS))
+        made = ((RELATIONS[k], related_of(RELATIONS[k], self.scene, self.source, self.asking)) for k in order)
+        cheap = ((one, related) for one, related in made if isinstance(related, Related) and _is_cheap(related))
+        return list(islice(cheap, self.relating))
 
     def shots(self) -> Shots:
         """All images, by a renderer that may fail."""
@@ -92,7 +99,7 @@ class Trial:
                 except ProgramFailed as problem:
                     words = " ".join(word for word in str(problem).split(" (seed ")[0].split() if word.isalpha())
                     return Shots(passes, Failing(CRASHES, str(problem), (words,)))
-        return Shots(passes)
+        return Shots(passes, steps=tuple(steps_of(self.source, wanted)))
 
     def judged(self, shots: Shots) -> tuple[str, Failing | None]:
         """The verdict in a word, and how it fails; an image that differs breaks relations too: they are not asked."""
@@ -104,11 +111,18 @@ class Trial:
         if self.source.claim(self.scene) not in ("unbiased", "exact"):
             return word, failing  # what is claimed to be biased may differ
         if noise_free(self.scene) is not None:  # else relations alone are asked
-            word, failing = self._beside_exact([each[0] for each in shots.passes])
+            one = self._beside_exact if not shots.steps else self._by_method
+            word, failing = one(shots)
         return (word, failing) if failing else next(self._broken(shots), (word, None))
 
-    def _beside_exact(self, images: Sequence[Floats]) -> tuple[str, Failing | None]:
-        asked = self.asking
+    def _by_method(self, shots: Shots) -> tuple[str, Failing | None]:
+        level, image = Level(self.asking.alpha, self.rows), shots.passes[0][0].astype(float)
+        judged = beside_exact(self.scene, image, shots.steps[0], level, self.asking.margin)
+        word = judged.word if judged else "undecided"
+        return word, Failing(BESIDE, judged.reason) if judged and word == "differs" else None
+
+    def _beside_exact(self, shots: Shots) -> tuple[str, Failing | None]:
+        asked, images = self.asking, [each[0] for each in shots.passes]
         question = Question(estimator="area", margin=asked.margin, seed=asked.seed, level=Level(asked.alpha, self.rows))
         judging = Judging(question, External(), "", KeptReferences(None, None), diagnose=self.diagnosing)
         row = judge_images(self.scene, [image.transpose(1, 2, 0).astype(float) for image in images], judging).row
@@ -123,8 +137,11 @@ class Trial:
         for number, (relation, related) in enumerate(self.relations, 1):
             images = [[made[0].astype(float), made[number].astype(float)] for made in shots.passes]
             known = replace(related, still=is_still(related, self.source))
-            level = Level(self.asking.alpha, self.rows)
-            judged = judge_relation(known, images, level, self.asking.margin, self.source.rounding)
+            level, margin = Level(self.asking.alpha, self.rows), self.asking.margin
+            if shots.steps:
+                judged = judge_by_method(known, images[0], [shots.steps[0], shots.steps[number]], level, margin)
+            else:
+                judged = judge_relation(known, images, level, margin, self.source.rounding)
             if judged.word == "differs":
                 yield "differs", Failing(relation.name, judged.reason, (relation.name,), relation.likely)
 

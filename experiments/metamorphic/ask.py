@@ -20,7 +20,9 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
+from .by_method import judge_by_method, steps_of
 from .judge import Judged, judge_relation
+from .peer_source import PeerSource
 from .relation import Images, Related, Relation, Shot
 from .relations import RELATIONS
 from .sources import IN_COMMAND, Source
@@ -68,21 +70,33 @@ class Asking:
 
 def relations_of(scene: Scene, source: Source, asking: Asking) -> list[tuple[Relation, Related | str]]:
     """All relations, those that a scene has and, for the others, why it has not."""
-    made: list[tuple[Relation, Related | str]] = []
-    for relation in RELATIONS:
-        if asking.only and relation.name not in asking.only:
-            continue
-        if missing := [kind for kind in relation.kinds if kind not in source.knows]:
-            words = (
-                f"{{{missing[0]}}} is not in the command" if missing[0] in IN_COMMAND else "--new-kinds was not said"
-            )
-            made.append((relation, words))
-            continue
-        try:
-            made.append((relation, relation.make(scene, stream(asking.seed, relation.name))))
-        except InputError as error:
-            made.append((relation, f"no valid scene: {error}"))
-    return made
+    asked = (relation for relation in RELATIONS if not asking.only or relation.name in asking.only)
+    return [(relation, related_of(relation, scene, source, asking)) for relation in asked]
+
+
+def related_of(relation: Relation, scene: Scene, source: Source, asking: Asking) -> Related | str:
+    """A relation of a scene; or why it has none."""
+    if missing := [kind for kind in relation.kinds if kind not in source.knows]:
+        return _unknown(missing[0], source)
+    try:
+        related = relation.make(scene, stream(asking.seed, relation.name))
+    except InputError as error:
+        return f"no valid scene: {error}"
+    return related if isinstance(related, str) else _shown(related, source)
+
+
+def _unknown(kind: str, source: Source) -> str:
+    """Why nothing is asked that needs a kind of light, seeds or threads."""
+    if isinstance(source, PeerSource):
+        return f"{source.peer.title} has no {kind}" if kind in IN_COMMAND else f"peers are not given a {kind} light"
+    return f"{{{kind}}} is not in the command" if kind in IN_COMMAND else "--new-kinds was not said"
+
+
+def _shown(related: Related, source: Source) -> Related | str:
+    """Or why a peer cannot show one of its scenes."""
+    if not isinstance(source, PeerSource):
+        return related
+    return next(filter(None, (source.refusal(shot.scene) for shot in related.shots)), related)
 
 
 @dataclass
@@ -111,6 +125,9 @@ def put(pictures: Pictures, related: Related, asking: Asking, level: Level) -> t
 
     Looks spend from one false-alarm rate, as those of `check --until-decided` do.
     """
+    if steps := steps_of(pictures.source, [Shot(related.of), *related.shots]):
+        one = pictures.of(related, asking.seed + 1)
+        return judge_by_method(related, one, steps, level, asking.margin), 1, 1
     started, images, look = time.monotonic(), [], 0  # type: ignore[var-annotated]
     related = replace(related, still=is_still(related, pictures.source))
     while True:
@@ -142,12 +159,14 @@ def ask(
     Raises
     ------
     InputError
-        For a scene with textures.
+        For a scene with textures, or one that a peer cannot show.
     ProgramFailed
         If a program gives no image of a scene itself.
     """
     for scene in scenes:
         scene.refuse_textures("what is rendered beside it")
+        if isinstance(source, PeerSource) and (why := source.refusal(scene)):
+            raise InputError("scene", scene.name, f"one that the renderer can show: {why}")
     made = [(scene, *one) for scene in scenes for one in relations_of(scene, source, asking)]
     level = Level(asking.alpha, max(1, sum(isinstance(related, Related) for _, _, related in made)))
     rows: list[Row] = []

@@ -8,10 +8,12 @@ spread holds that of both.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from nusselt.experiments.check.ceiling import sample_ceilings
 from nusselt.experiments.external.sides import PART
 from nusselt.experiments.verdict.alike import Alike
 from nusselt.experiments.verdict.decision import Word, decide
@@ -21,6 +23,7 @@ from nusselt.experiments.verdict.level import Level, findings
 from nusselt.experiments.verdict.rule import Finding
 from nusselt.experiments.verdict.rules.normality import is_doubtful
 from nusselt.experiments.verdict.rules.pass_spread import PassSpread
+from nusselt.experiments.verdict.rules.pixels import Pixels
 from nusselt.experiments.verdict.rules.tiles import Tiles
 from nusselt.experiments.verdict.side import Seen, Side
 from nusselt.mitsuba_bridge.tolerance import ray_tolerance
@@ -29,7 +32,7 @@ from nusselt.renderer.image import Image, render
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Bools, Floats
 
-from .relation import Images, Related
+from .relation import Images, Related, Shot
 
 FIGURES = ("bias_relative", "bias_interval", "minimum_detectable_bias", "rms_denoised_relative")
 
@@ -84,14 +87,32 @@ def judge_relation(
         difference = np.array([np.where(abs(a - b) <= _limit(a, b, rounding), 0.0, a - b) for a, b in pairs])
     if still := _silent(related, images, difference):
         return still
-    evidence = evidence_of(related, expected, difference, margin + related.bound)
+    unpaired = np.array([seen for seen, _ in pairs]) - np.roll([wanted for _, wanted in pairs], 1, axis=0)
+    judged = partial(_judged, related, expected, (difference, unpaired), level, margin + related.bound)
+    found = judged(None)
+    if found.word != "differs" and not _is_glossy(related):
+        return found
+    # What no pass met may be all that differs; and tiles of few and large samples speak with their grain alone.
+    bounded = judged(_grain(related, len(images)))
+    return bounded if "differs" in (found.word, bounded.word) else found
+
+
+def _judged(
+    related: Related,
+    expected: Floats,
+    differences: tuple[Floats, Floats],
+    level: Level,
+    margin: float,
+    grain: Floats | None,
+) -> Judged:
+    """By differences of passes of one seed, or else of two, and the most that one sample brings, where it is given."""
+    evidence = evidence_of(related, expected, differences[0], margin, grain)
     said = _findings(related, evidence, level)
     if is_doubtful(evidence)[0]:  # what is left of noise in common is rare: all noise is taken, of seeds unpaired
-        unpaired = np.array([seen for seen, _ in pairs]) - np.roll([wanted for _, wanted in pairs], 1, axis=0)
-        evidence = evidence_of(related, expected, unpaired, margin + related.bound)
+        evidence = evidence_of(related, expected, differences[1], margin, grain)
         said = _findings(related, evidence, level)
-    if said[PassSpread.name].fails[0]:  # pixels have noise in common: only passes are independent
-        ours = replace(evidence.ours, by_passes=True)
+    if said[PassSpread.name].fails[0]:  # pixels have noise in common: only passes are independent, no grain is known
+        ours = replace(evidence.ours, by_passes=True, grain=None)
         said = _findings(related, replace(evidence, ours=ours, shares_points=True), level)
     word, reason, more = decide(said.values())
     figures = {key: value for finding in said.values() for key, value in finding.figures.items() if key in FIGURES}
@@ -99,11 +120,33 @@ def judge_relation(
 
 
 def _findings(related: Related, evidence: Evidence, level: Level) -> dict[str, Finding]:
-    """What the rules say; not tiles where a lobe's samples may be rare and large: few pixels miss them all alike."""
+    """What the rules say; not of single pixels where anything is random: one may be seen otherwise at an edge.
+
+    Nor of tiles where a lobe's samples may be rare and large and no grain is known: few pixels miss them all alike.
+    """
     said = findings(evidence, level)
-    if any(scene.is_glossy for scene in (related.of, *(shot.scene for shot in related.shots))):
-        said[Tiles.name] = replace(said[Tiles.name], fails=evidence.nowhere)
-    return said
+    silent = [Pixels.name] if evidence.ours.sampled else []
+    silent += [Tiles.name] if _is_glossy(related) and evidence.ours.grain is None else []
+    return said | {name: replace(said[name], fails=evidence.nowhere) for name in silent}
+
+
+def _is_glossy(related: Related) -> bool:
+    return any(scene.is_glossy for scene in (related.of, *(shot.scene for shot in related.shots)))
+
+
+def _grain(related: Related, runs: int) -> Floats:
+    """The most that one sample brings to a pixel of the mean, (h, w), by a renderer that may pick one of the lights."""
+    shots = (Shot(related.of), *related.shots)
+    images: Images = [np.broadcast_to(_most(shot) / runs, (3, *_most(shot).shape)) for shot in shots]
+    sides = zip(related.sides(images), related.sides([0 * image for image in images]), strict=True)
+    return np.asarray(np.max([(some - none).mean(axis=0) for some, none in sides], axis=0))
+
+
+def _most(shot: Shot) -> Floats:
+    """That one sample brings to an image, (h, w)."""
+    scene = shot.scene
+    samples = scene.spp if scene.spp > 1 else scene.light_samples * shot.more
+    return np.asarray(len(scene.lights) * sample_ceilings(scene).max(axis=0, initial=0.0) / samples)
 
 
 def _limit(seen: Floats, wanted: Floats, relative: float) -> Floats:
@@ -134,8 +177,13 @@ def _shows_noise(scene: Scene) -> bool:
     return not np.array_equal(one, two)
 
 
-def evidence_of(related: Related, expected: Floats, difference: Floats, margin: float) -> Evidence:
-    """One row for the rules: the differences (r, 3, h, w) as passes beside what is expected, (3, h, w)."""
+def evidence_of(
+    related: Related, expected: Floats, difference: Floats, margin: float, grain: Floats | None = None
+) -> Evidence:
+    """One row for the rules: the differences (r, 3, h, w) as passes beside what is expected, (3, h, w).
+
+    ``grain`` (h, w) is the most that one sample brings to their mean.
+    """
     view = stage(related.of)
     emitter, background, unjudged = (related.place(mask) for mask in (view.emitter, view.background, view.unjudged))
     if related.hidden is not None:  # no part of the shaded pixels
@@ -145,6 +193,7 @@ def evidence_of(related: Related, expected: Floats, difference: Floats, margin: 
     judged = (emitter == 0) & (background == 0) & ~unjudged & finite
     random = related.soft and len(passes) > 1 and bool(judged.any())
     ours = _noisy(passes, judged) if random else _noiseless("the scene", passes.mean(axis=0)[:, judged])
+    ours = replace(ours, grain=grain[judged] if random and grain is not None else None)
 
     def everywhere(values: Floats) -> Seen:
         return Seen(values.reshape(1, 3, -1), emitter.reshape(1, -1), background.reshape(1, -1))

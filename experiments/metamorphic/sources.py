@@ -12,6 +12,8 @@ from nusselt.experiments.external.function import FunctionRenderer, RenderFuncti
 from nusselt.experiments.external.program import Program, ProgramRenderer, Renderer
 from nusselt.experiments.images.formats.raw import FLOAT, HALF, Raw
 from nusselt.experiments.images.read import quantiser_of
+from nusselt.experiments.peers.environment import Environments, default_folder
+from nusselt.experiments.peers.renderers import PEERS, peer_of
 from nusselt.experiments.scenes.sizes import at_width
 from nusselt.mitsuba_bridge.images import mitsuba_images
 from nusselt.renderer.errors import InputError
@@ -20,6 +22,7 @@ from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
+from .peer_source import peer_source
 from .relation import Shot
 
 MITSUBA = "mitsuba"
@@ -157,7 +160,7 @@ class MitsubaSource:
 
 
 def renderer_source(command: str, image_type: str, timeout: float, new_kinds: bool, exact: bool) -> Source:
-    """A program by its command, or Mitsuba by its name.
+    """A program by its command, or Mitsuba or another peer by its name.
 
     Raises
     ------
@@ -165,4 +168,6 @@ def renderer_source(command: str, image_type: str, timeout: float, new_kinds: bo
     """
     if command == MITSUBA:
         return MitsubaSource()
+    if command in [peer.name for peer in PEERS]:
+        return peer_source(peer_of(command), Environments(default_folder()), timeout)
     return RendererSource(Program(command, image_type, timeout), new_kinds, exact)

@@ -119,9 +119,8 @@ class Arbiter:
             found = replace(found, side=replace(found.side, grain=grain))
         if entrant.step is None:
             return found
-        step = entrant.step[:, self.shaded].mean(axis=0) / self.scale
-        bias = abs(float(step.mean())) / ORDER + SURE * float(step.std()) / math.sqrt(step.size)
-        return replace(found, bias_slack=bias, rms_slack=math.sqrt(float((step * step).mean())))
+        bias, rms = slacks(entrant.step[:, self.shaded], self.scale)
+        return replace(found, bias_slack=bias, rms_slack=rms)
 
     def _contestant(
         self, name: str, image: Floats, variance: Floats, grey: Floats, count: int, clumping: float = 1.0
@@ -174,6 +173,13 @@ def arbiter_of(
     emitter = ~unjudged & np.logical_and.reduce([one.emitter == 1 for one in sees])
     ceiling = sample_ceilings(with_pixel_rule(scene, "centre")).sum(axis=0)
     return Arbiter(truths, shaded, emitter, ceiling)
+
+
+def slacks(step: Floats, scale: float) -> tuple[float, float]:
+    """What a method without noise may be off by in the mean and pixel by pixel, by its step (3, n), over a scale."""
+    grey = step.mean(axis=0) / scale
+    bias = abs(float(grey.mean())) / ORDER + SURE * float(grey.std()) / math.sqrt(grey.size)
+    return bias, math.sqrt(float((grey * grey).mean()))
 
 
 def _none(reference: Reference) -> Bools:

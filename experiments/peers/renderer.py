@@ -28,6 +28,7 @@ from nusselt.renderer.scene import Scene
 
 from .description import write_description
 from .peer import Peer
+from .workshop import Workshop
 
 
 @dataclass(frozen=True)
@@ -60,12 +61,20 @@ class PeerRenderer:
         Seconds of one image.
     threads : int, optional
         As many as there are processors, unless it says otherwise.
+    workshop : Workshop, optional
+        The adapter as it runs already; none: one is started for every image.
     """
 
     def __init__(
-        self, peer: Peer, launch: list[str], scene: Scene, timeout: float = 600.0, threads: int | None = None
+        self,
+        peer: Peer,
+        launch: list[str],
+        scene: Scene,
+        timeout: float = 600.0,
+        threads: int | None = None,
+        workshop: Workshop | None = None,
     ) -> None:
-        self.peer, self.launch, self.scene, self.timeout = peer, launch, scene, timeout
+        self.peer, self.launch, self.scene, self.timeout, self.workshop = peer, launch, scene, timeout, workshop
         self.threads = threads or cores()
         self.version = ""
         """What the renderer says of itself; known when it has run."""
@@ -103,8 +112,11 @@ class PeerRenderer:
     def _image(self, said: dict[str, Any]) -> Raw:
         output = Path(self._folder.name, "image.npz")
         output.unlink(missing_ok=True)
-        words = json.dumps({"threads": self.threads, **said})
-        call([*self.launch, str(self._description), str(output), words], self.timeout)
+        words = [str(self._description), str(output), json.dumps({"threads": self.threads, **said})]
+        if self.workshop:
+            self.workshop.do(words, self.timeout)
+        else:
+            call([*self.launch, *words], self.timeout)
         with np.load(output) as arrays:
             image, self.version = arrays["image"], str(arrays["version"])
             self.spent = Spent(*arrays["spent"].tolist()) if "spent" in arrays else Spent()

@@ -11,6 +11,7 @@ import numpy as np
 
 from nusselt.experiments.external.program import ProgramFailed
 from nusselt.experiments.metamorphic.ask import Asking, Pictures, put
+from nusselt.experiments.metamorphic.by_method import beside_exact, steps_of
 from nusselt.experiments.metamorphic.judge import Judged
 from nusselt.experiments.metamorphic.relation import Images, Related, Shot
 from nusselt.experiments.metamorphic.relations import RELATIONS
@@ -80,6 +81,9 @@ class Failure:
         try:
             if self.manner in (CRASHES, NOT_FINITE):
                 return self._images(scene)
+            if self.manner == BESIDE and (step := steps_of(self.source, [Shot(scene)])):
+                image, level = self.source.image(Shot(scene), self.asking.seed + 1), Level(self.asking.alpha, STEPS)
+                return beside_exact(scene, image, step[0], level, self.asking.margin)
             related, source = self._related(scene)
             if isinstance(related, str):
                 return None

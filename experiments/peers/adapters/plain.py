@@ -1,6 +1,7 @@
 """What every adapter does: read the neutral description, say what its parts are, write the image. NumPy alone.
 
-An adapter is run as ``PYTHON run_X.py DESCRIPTION.npz OUTPUT.npz OPTIONS`` with options as JSON.
+An adapter is run as ``PYTHON run_X.py DESCRIPTION.npz OUTPUT.npz OPTIONS`` with options as JSON; as ``PYTHON run_X.py
+serve`` it reads such three words as a line of JSON, again and again.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -122,6 +124,7 @@ def normal_area(light: Floats) -> tuple[Floats, float]:
     return n / area, area
 
 
+@cache
 def ball_mesh(levels: int) -> tuple[Floats, Floats]:
     """Vertices (v, 3) on the unit sphere and faces (f, 3): an icosahedron, its edges halved so many times."""
     g = (1 + 5**0.5) / 2
@@ -168,6 +171,8 @@ class Timed:
 
 RENDERING = Timed()
 """What adapters take for rendering; all else is start-up."""
+SERVE, DONE, FAILED = "serve", "nusselt-peer: done", "nusselt-peer: failed: "
+"""The only word of an adapter that does job after job, and what it says of each."""
 
 
 def run(render: Callable[..., tuple[Floats, str]], scale: float = 1.0) -> None:
@@ -177,11 +182,26 @@ def run(render: Callable[..., tuple[Floats, str]], scale: float = 1.0) -> None:
     Described scenes reach 1 to 2 units from the origin. The scale is chosen so that a renderer's own epsilons are small
     against the scene, and large against its rounding.
     """
-    source, target, options = sys.argv[-3:]
+    if sys.argv[-1] != SERVE:
+        _job(render, scale, sys.argv[-3:])
+        return
+    for line in sys.stdin:
+        RENDERING.spent[:] = 0
+        try:
+            _job(render, scale, json.loads(line), before=RENDERING.now()[1])
+            said = DONE
+        except Exception as error:
+            said = FAILED + " ".join(f"{type(error).__name__}: {error}".split())
+        print(f"\n{said}", flush=True)
+
+
+def _job(render: Callable[..., tuple[Floats, str]], scale: float, told: list[str], before: float = 0.0) -> None:
+    """``before``: processor seconds until it began, of other jobs."""
+    source, target, options = told
     with np.load(source) as arrays:
         scene = Plain(**{name: arrays[name] for name in arrays.files})
     image, version = render(scene.scaled(scale), **json.loads(options))
     wall, processor = RENDERING.spent
-    spent = np.array([wall, processor, RENDERING.now()[1] - processor])
+    spent = np.array([wall, processor, RENDERING.now()[1] - before - processor])
     with open(target, "wb") as file:
         np.savez(file, image=np.asarray(image, dtype=np.float64), version=np.array(version), spent=spent)

@@ -11,8 +11,8 @@ import numpy as np
 from nusselt.experiments.check.question import PixelRule
 from nusselt.experiments.results.figures import curves
 from nusselt.experiments.results.schema import Row
+from nusselt.experiments.results.seconds_to import seconds_to
 from nusselt.experiments.results.work_precision import TARGETS
-from nusselt.experiments.studies.race.times import seconds_to
 
 from .measure import THREADS, Times
 from .sides import Lap

@@ -12,10 +12,10 @@ from typing import Any, Literal
 import numpy as np
 
 from nusselt.experiments.check.estimators import noise_free
+from nusselt.experiments.results.seconds_to import OurLap
 from nusselt.experiments.runs.experiment import NONE_OWN
 from nusselt.experiments.runs.own import Own
 from nusselt.experiments.studies.race.own import own_laps
-from nusselt.experiments.studies.race.times import OurLap
 from nusselt.experiments.workers import cores, worker_pool
 from nusselt.mitsuba_bridge.race import WAYS, Race, Way, run_race
 from nusselt.renderer.estimators import CommonPointsFixed, Estimator, Exact

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from nusselt.experiments.results.seconds_to import OurLap, Time, fastest, seconds_to
 from nusselt.experiments.runs.own import Own
-from nusselt.experiments.studies.race.times import OurLap, Time, fastest, seconds_to
 from nusselt.renderer.estimators import Estimator
 from nusselt.renderer.image import render
 from nusselt.renderer.prepared import prepare

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from nusselt.experiments.results.seconds_to import Time, fastest, fastest_of_ours, seconds_to
 from nusselt.experiments.studies.race.measure import Measured
 from nusselt.experiments.studies.race.own import own_row
-from nusselt.experiments.studies.race.times import Time, fastest, fastest_of_ours, seconds_to
 from nusselt.mitsuba_bridge.race import DEFAULT, Way
 
 TARGETS = (1e-2, 1e-3, 1e-4)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,8 @@ NAMES = ("red", "green", "blue")
 class Channels:
     """Fails where a channel's bias is further than the margin from that of the channels' average.
 
-    Channels share their samples, in an unknown measure: the error of the difference is at most the sum of both.
+    Channels share their samples, in an unknown measure: the error of the difference is at most the sum of both. One
+    channel has at most as many times their average's grain (see `Bias.half_width`) as there are channels.
     """
 
     name: str = "channels"
@@ -32,6 +34,9 @@ class Channels:
         error, freedom = _error_of_mean(ours.variance, reference.variance, evidence)
         grey_error, grey_freedom = _error_of_mean(ours.grey_variance, reference.grey_variance, evidence)
         freedom = np.minimum(freedom.min(axis=1), grey_freedom)
+        share = 1 / max(ours.grey.shape[-1], 1)
+        unseen = math.log(2 * bias.shape[1] / level) * (ours.grain_of(share) ** 2 + reference.grain_of(share) ** 2)
+        error, grey_error = np.sqrt(error**2 + bias.shape[1] ** 2 * unseen), np.sqrt(grey_error**2 + unseen)
         quantile = student_quantile(level / 2 / bias.shape[1], freedom)[:, None]
         margin = (TILE_MARGIN * evidence.margin + ROUNDING) * evidence.scale[:, None]
         off = bias > quantile * (error + grey_error[:, None]) + margin

@@ -11,6 +11,7 @@ from nusselt.experiments.verdict.evidence import ROUNDING, Evidence
 from nusselt.experiments.verdict.intervals import average, resting_on
 from nusselt.experiments.verdict.quantiles import student_quantile
 from nusselt.experiments.verdict.rule import Finding
+from nusselt.experiments.verdict.side import Side
 from nusselt.renderer.vectors import Floats
 
 from .mean import POWER
@@ -24,7 +25,9 @@ class Residual:
     """Fails where the residual's interval lies beyond its margin and what the reference's own shadow rays bring.
 
     The squares' noise is estimated from the squares: the largest of them, as a grain (see `Bias.half_width`), keeps a
-    few wild ones from deciding. Where pixels share their light points their noise is not known to cancel.
+    few wild ones from deciding. What no pass saw is allowed too: of samples that were all missed there are at most
+    ln(2/level), of a grain each, and a pixel is no darker for it than by the most that any is. Where pixels share their
+    light points their noise is not known to cancel.
     """
 
     name: str = "residual"
@@ -40,7 +43,8 @@ class Residual:
         freedom = 2 * resting_on(spread)
         reach = student_quantile(level / 2, freedom) * error
         own = float(average(np.broadcast_to(evidence.offset, (count,)) ** 2)) if square.size else 0.0
-        allowed = ((ROOT_MARGIN * evidence.margin + ROUNDING) * scale) ** 2 + 3 * own
+        unseen = math.log(2 / level) * (_missed(ours, theirs) + _missed(theirs, ours))
+        allowed = ((ROOT_MARGIN * evidence.margin + ROUNDING) * scale) ** 2 + 3 * own + unseen
         fails = (mean - reach > allowed) & (not evidence.shares_points)
         interval = np.stack((_root(mean - reach), _root(mean + reach)), axis=-1) / scale[:, None]
         figures = {
@@ -55,6 +59,12 @@ class Residual:
             ),
             figures=figures,
         )
+
+
+def _missed(side: Side, other: Side) -> Floats:
+    """What one sample that a side has missed brings to the mean square, at most, (b,)."""
+    darker = np.maximum(other.mean - side.mean, 0.0).max(axis=(1, 2), initial=0.0)
+    return np.asarray(darker * side.grain_of(1 / max(side.mean.shape[-1], 1)))
 
 
 def _root(values: Floats) -> Floats:

@@ -1,9 +1,12 @@
-"""The most that one light sample can bring, where a lobe is far narrower than the light."""
+"""The most that one light sample can bring, where a lobe or the place of a near light is far smaller than the light."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
-from builders import floor, lamp, scene
+import pytest
+from builders import GREY, floor, lamp, scene
 
 from nusselt.experiments.check.ceiling import sample_ceilings
 from nusselt.experiments.check.question import Question
@@ -12,23 +15,61 @@ from nusselt.experiments.external.judge import External, Judging, judge_images
 from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
+from nusselt.renderer.lights import QuadLight, TriangleLight
 from nusselt.renderer.surfaces import Material, Mesh
 
 POLISHED = Material((0.1, 0.1, 0.1), (0.5, 0.5, 0.5), 1e5)
 MIRROR = Mesh(floor().vertices, floor().triangles, POLISHED)
 SCENE = scene(MIRROR, lights=(lamp(2.5, 3.0),), size=(24, 18), light_samples=4, stratify=True)
 RIGHT = Area(samples=4, stratified=True)
+TRIANGLE = TriangleLight((-3.0, 2.5, -3.0), (3.0, 2.5, -3.0), (0.0, 2.5, 3.0), (5.0, 5.0, 5.0))
 
 
-def test_no_sample_of_a_sharp_lobe_brings_more():
-    ceiling = sample_ceilings(SCENE)[0]
-    largest = np.max([render(SCENE, Area(samples=1), seed=seed).mean.mean(axis=0) for seed in range(400)], axis=0)
+def vast(half, height, radiance=(3.0, 8.0, 8.0)):
+    """A square whose middle is above no place in view: a grid over it has no node there."""
+    side = 2 * half
+    return QuadLight((-1.3 * half, height, -0.6 * half), (0.0, 0.0, side), (side, 0.0, 0.0), radiance)
+
+
+@pytest.mark.parametrize("light", [lamp(2.5, 3.0), TRIANGLE], ids=["square", "triangle"])
+def test_no_sample_of_a_sharp_lobe_brings_more(light):
+    shiny = SCENE.with_(lights=(light,))
+    ceiling = sample_ceilings(shiny)[0]
+    largest = np.max([render(shiny, Area(samples=1), seed=seed).mean.mean(axis=0) for seed in range(400)], axis=0)
     assert (largest <= ceiling + 1e-12).all()
     assert ceiling.max() > 100  # where the lamp is mirrored: met by one sample in thousands
 
 
-def test_right_images_that_miss_nearly_all_of_a_sharp_lobe_do_not_differ():
-    images = [render(SCENE, RIGHT, seed=seed).mean.transpose(1, 2, 0) for seed in range(1, 5)]
+def test_the_brightest_point_of_a_vast_light_is_found_above_each_place():
+    """Of a level plane it stands right above: its area over the height's square, times the albedo over pi, twice."""
+    wide = scene(floor(), lights=(vast(1e3, 4.0, (1.0, 1.0, 1.0)),), size=(24, 18))
+    seen = render(wide, Area(samples=1)).shaded
+    np.testing.assert_allclose(sample_ceilings(wide)[0][seen], 2 * 4e6 / 16 * GREY.diffuse[0] / math.pi, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("lights", "floored"),
+    [
+        ((lamp(2.5, 3.0),), MIRROR),
+        ((vast(1e3, 4.0),), floor()),
+        ((vast(1e4, 4.0),), floor()),
+        ((vast(1e4, 4.0, (8.0, 0.0, 0.0)), lamp(2.5)), floor()),
+    ],
+    ids=["sharp lobe", "vast light", "vaster light", "vast red light"],
+)
+def test_right_images_that_miss_nearly_all_of_the_light_do_not_differ(lights, floored):
+    missed = SCENE.with_(meshes=(floored,), lights=lights)
+    images = [render(missed, RIGHT, seed=seed).mean.transpose(1, 2, 0) for seed in range(1, 5)]
     question = Question(estimator="area", margin=0.01, level=Level(1e-6))
     judging = Judging(question, External(), "", KeptReferences(None, None), diagnose=False)
-    assert judge_images(SCENE, images, judging).row["verdict"] != "differs"
+    row = judge_images(missed, images, judging).row
+    assert row["verdict"] != "differs", row["reason"]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("y", [0.0, 1e-12, 2.0])
+def test_places_in_the_plane_of_a_light_and_beside_it_raise_no_warning(y):
+    """A light in the floor's plane, one all but in it, and one upright, beside which the middle column's rays go."""
+    upright = QuadLight((-1.0, 0.0, -1.0), (0.0, 0.0, 2.0), (0.0, 2.0, 0.0), (1.0, 1.0, 1.0))
+    for light in (lamp(y), upright, TriangleLight((0.0, y, 0.0), (1.0, y, 0.0), (0.0, y, 1.0), (1.0, 1.0, 1.0))):
+        assert np.isfinite(sample_ceilings(SCENE.with_(lights=(light,), width=25))).all()

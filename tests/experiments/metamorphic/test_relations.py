@@ -19,6 +19,7 @@ from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
 from nusselt.renderer.lights import PointLight
 from nusselt.renderer.scene import Camera
+from nusselt.renderer.scene_text import parse_scene
 from nusselt.renderer.surfaces import Ellipsoid, Material
 
 SHINY = Material((0.4, 0.3, 0.2), (0.3, 0.2, 0.3), 10.0)
@@ -123,3 +124,38 @@ def test_samples_of_a_sharp_lobe_that_all_seeds_miss_break_nothing():
     asked = Asking(margin=0.01, only=("white lobe lit all around",))
     rows = ask([sharp.with_(light_samples=16, stratify=True)], EstimatorSource("area"), asked)
     assert rows[0]["verdict"] != "differs"
+
+
+SHARP = """size 8 8
+camera -3 2 -8  0 1 0  0 1 0  89.3
+lightsamples 1
+diffuse .25 .375 .125
+specular .125 .375 .5
+shininess 100000
+vertex 0 -1 0
+vertex 2 -1 0
+vertex 2 2 0
+tri 0 1 2
+"""
+
+
+def test_a_right_renderer_that_never_meets_a_sharp_lobe_breaks_nothing():
+    (row,) = ask([parse_scene(SHARP)], EstimatorSource("area"), Asking(alpha=1e-6, only=("white lobe lit all around",)))
+    assert row["verdict"] != "differs", row["reason"]
+
+
+def test_what_is_wrong_in_a_few_pixels_of_a_glossy_scene_is_found():
+    """By tiles, which leave room for one sample: the mean of all pixels is inside the margin."""
+    shiny = SCENE.with_(meshes=(floor(material=SHINY),), lights=(lamp(2.5),), ellipsoids=(), width=64, height=48)
+
+    def spot(one, samples, seed):
+        made = image(one, samples, seed)
+        made[24:30, 32:40] *= 1.6 if one.camera == shiny.camera else 1.0
+        return made
+
+    asking = Asking(alpha=1e-6, margin=0.03, only=("turned",))
+    (row,) = ask([shiny], RendererSource(spot), asking)
+    assert row["verdict"] == "differs", row["reason"]
+    assert "tiles" in row["reason"]
+    (row,) = ask([shiny], RendererSource(image), asking)
+    assert row["verdict"] == "agrees"

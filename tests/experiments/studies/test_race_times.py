@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from nusselt.experiments.studies.race.times import OurLap, fastest, fastest_of_ours, seconds_to
+from nusselt.experiments.results.seconds_to import OurLap, fastest, fastest_of_ours, seconds_to
 from nusselt.mitsuba_bridge.race import Way, ladder
 
 LAPS = [(1.0, 1e-1), (10.0, 1e-2), (100.0, 1e-3)]
