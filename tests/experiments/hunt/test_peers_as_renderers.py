@@ -18,6 +18,7 @@ from nusselt.experiments.external.program import ProgramFailed
 from nusselt.experiments.hunt.hunt import Hunt, Question
 from nusselt.experiments.hunt.scenes import drawn, held
 from nusselt.experiments.metamorphic.ask import Asking, ask
+from nusselt.experiments.metamorphic.by_method import beside_exact
 from nusselt.experiments.metamorphic.peer_source import PeerSource, peer_source
 from nusselt.experiments.metamorphic.relation import Shot
 from nusselt.experiments.metamorphic.sources import renderer_source
@@ -25,6 +26,8 @@ from nusselt.experiments.peers.environment import Environments
 from nusselt.experiments.peers.renderers import peer_of
 from nusselt.experiments.peers.workshop import Workshop
 from nusselt.experiments.reduce.failure import BESIDE, CRASHES, manner_of
+from nusselt.experiments.scenes import shapes
+from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Exact
 from nusselt.renderer.image import render
@@ -96,6 +99,19 @@ def test_a_method_without_noise_is_allowed_what_it_says_and_no_more():
     assert manner_of(SCENE, right, ASKING)[0] is None
     failure, _ = manner_of(SCENE, dim, ASKING)
     assert failure.manner == BESIDE
+
+
+def test_a_light_that_is_cut_along_its_own_rows_is_allowed_a_row():
+    """45 % of it are seen, of 8 rows and of 4 it is half: the step says nothing, and the image is 11 % off."""
+    sheet = shapes.plate((-1.0, 1.0), (-1.0, 0.1 * 0.8), 2.49, GREY)
+    cut = scene(floor(), sheet, lights=(lamp(2.5, 0.8),), size=(16, 12), light_samples=64, two_sided=True, name="cut")
+    source = stub(*STILL)
+    image, exact = source.image(Shot(cut), 0), render(cut, Exact()).mean
+    assert image.mean() / exact.mean() > 1.05
+    assert np.abs(source.step(Shot(cut))).mean() < 0.01 * exact.mean()
+    assert manner_of(cut, source, ASKING)[0] is None
+    judged = beside_exact(cut, 1.3 * image, source.step(Shot(cut)), Level(1e-6), 0.01)
+    assert judged.word == "differs"
 
 
 def test_what_a_peer_cannot_show_is_said_and_not_compared():
