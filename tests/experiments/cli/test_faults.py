@@ -35,8 +35,9 @@ def place(tmp_path: Path) -> Path:
 
 
 def hears_interrupts() -> None:
-    """In the child: a test that runs in the background inherits that interrupts are ignored."""
+    """In the child: a test that runs in the background inherits that interrupts, or a closed terminal, are ignored."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def environment(**changed: str) -> dict[str, str]:
