@@ -22,6 +22,7 @@ from nusselt.experiments.verdict.level import Level
 from nusselt.experiments.verdict.side import Side
 from nusselt.renderer.estimators import Analytic
 from nusselt.renderer.image import render
+from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats
 
@@ -30,6 +31,7 @@ from .peer_source import LEAST, PeerSource
 from .relation import Images, Related, Shot
 from .sources import Source
 
+BLACK = (0.0, 0.0, 0.0)
 PARTLY = 1e-9
 """Share of a light that is hidden, or seen, from which it is so in part."""
 
@@ -65,9 +67,11 @@ def beside_exact(scene: Scene, image: Floats, step: Floats, level: Level, margin
 def _row(scene: Scene, more: int) -> Floats:
     """What a row of points brings (3, h, w), of lights that are hidden in part; nothing where that is not known."""
     found, exact = np.zeros((3, scene.height, scene.width)), noise_free(scene)
-    for light in scene.lights if exact else ():
-        others = tuple(replace(one, radiance=(0.0, 0.0, 0.0)) if one is not light else one for one in scene.lights)
-        alone = scene.with_(lights=others)
+    lights = [light for light in scene.lights if isinstance(light, QuadLight)]  # the only ones that peers know
+    if exact is None or len(lights) < len(scene.lights):
+        return found
+    for light in lights:
+        alone = scene.with_(lights=tuple(one if one is light else replace(one, radiance=BLACK) for one in lights))
         seen, whole = render(alone, exact).mean, render(alone, Analytic()).mean
         found += np.where((seen > PARTLY * whole) & (seen < (1 - PARTLY) * whole), whole, 0.0)
     return found / math.isqrt(max(scene.light_samples * more, LEAST))
