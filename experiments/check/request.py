@@ -12,7 +12,6 @@ from nusselt.experiments.scenes.sizes import at_width
 from nusselt.mitsuba_bridge.own import read_mitsuba_dict
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import MAX_SIDE, Scene
-from nusselt.renderer.words import count
 
 from .question import PixelRule, whole_within, with_pixel_rule
 
@@ -73,13 +72,10 @@ class SizedReading(Reading):
     width: int | None = None
 
     def scene(self, given: SceneLike, rule: PixelRule | None = None) -> Scene:
-        """As `Reading.scene`; single pixels that are expected to show something are those of the scene's own size."""
-        scene = super().scene(given, rule)
-        if self.width is None or self.width == scene.width:
-            return scene
-        whole_within("width", self.width, 1, MAX_SIDE)
-        lost = (f"{count(len(scene.pixels), 'expectPixel')} left out: of another size",) if scene.pixels else ()
-        return at_width(scene.with_(pixels=(), warnings=(*scene.warnings, *lost)), self.width)
+        """As `Reading.scene`."""
+        if self.width is not None:
+            whole_within("width", self.width, 1, MAX_SIDE)
+        return at_width(super().scene(given, rule), self.width)
 
 
 @dataclass(frozen=True)
