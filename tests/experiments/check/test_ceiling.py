@@ -16,6 +16,7 @@ from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
 from nusselt.renderer.lights import QuadLight, TriangleLight
+from nusselt.renderer.scene import Camera
 from nusselt.renderer.surfaces import Material, Mesh
 
 POLISHED = Material((0.1, 0.1, 0.1), (0.5, 0.5, 0.5), 1e5)
@@ -38,6 +39,19 @@ def test_no_sample_of_a_sharp_lobe_brings_more(light):
     largest = np.max([render(shiny, Area(samples=1), seed=seed).mean.mean(axis=0) for seed in range(400)], axis=0)
     assert (largest <= ceiling + 1e-12).all()
     assert ceiling.max() > 100  # where the lamp is mirrored: met by one sample in thousands
+
+
+def test_the_brightest_point_is_found_where_the_lobe_points_away_from_the_light():
+    """Upright, 200 wide, seen in a lobe from its side: between its foot, where n.d is 0, and where m.d is 0."""
+    wide = QuadLight((-98.5, -17.8, -3.0), (195.7, 40.8, -4.6), (17.2, -87.5, -45.2), (1.0, 1.0, 1.0))
+    corners = np.array([(-8.7, 1.9, -6.9), (7.0, 5.1, -7.3), (8.8, -1.9, 7.0)]).T
+    slope = Mesh(corners, np.array([[0], [1], [2]]), Material((0.0, 0.0, 0.0), (0.125, 0.5, 0.25), 7.3))
+    camera = Camera((-2.4, -4.3, -8.0), (0.8, -0.6, 0.2), (0.2, -0.9, -0.5), 63.0)
+    shown = scene(slope, lights=(wide,), camera=camera, size=(12, 12))
+    largest = np.max([render(shown, Area(samples=1), seed=seed).mean.mean(axis=0) for seed in range(2000)], axis=0)
+    ceiling = sample_ceilings(shown)[0]
+    assert (largest <= ceiling).all()
+    assert np.divide(largest, ceiling, out=0 * ceiling, where=ceiling > 0).max() > 0.25  # and no vast one
 
 
 def test_the_brightest_point_of_a_vast_light_is_found_above_each_place():
