@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from builders import GREY, floor, lamp, scene
 from nusselt.experiments.check.ceiling import sample_ceilings
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences
+from nusselt.experiments.external.against import in_common
 from nusselt.experiments.external.judge import External, Judging, judge_images
 from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.estimators import Area
@@ -87,3 +89,18 @@ def test_places_in_the_plane_of_a_light_and_beside_it_raise_no_warning(y):
     upright = QuadLight((-1.0, 0.0, -1.0), (0.0, 0.0, 2.0), (0.0, 2.0, 0.0), (1.0, 1.0, 1.0))
     for light in (lamp(y), upright, TriangleLight((0.0, y, 0.0), (1.0, y, 0.0), (0.0, y, 1.0), (1.0, 1.0, 1.0))):
         assert np.isfinite(sample_ceilings(SCENE.with_(lights=(light,), width=25))).all()
+
+
+@pytest.mark.parametrize("rare", [True, False])
+def test_images_that_all_miss_what_is_rare_are_not_alike(rare):
+    """Of one pixel that one in fifty samples of its largest makes; where it is not rare they are."""
+    expected, supposed, grain = np.ones((3, 12, 16)), np.full((12, 16), 0.05**2), np.full((12, 16), 0.05)
+    seen = expected + 0.025 * np.random.default_rng(1).normal(size=(3, 12, 16))
+    expected[:, 5, 6], seen[:, 5, 6], supposed[5, 6], grain[5, 6] = 5.0, 0.0, 20.0, 250.0 if rare else 0.05
+    everywhere = np.ones((12, 16), dtype=bool)
+    image = SimpleNamespace(
+        mean=seen, shaded=everywhere, unjudged=~everywhere, pixel_variance=np.full((12, 16), 0.05**2)
+    )
+    reference = SimpleNamespace(mean=expected, pixel_standard_error=0 * supposed)
+    sides = SimpleNamespace(images=4, factor=0.03, image=image, reference=reference, supposed=supposed)
+    assert in_common(sides, SimpleNamespace(sampled=everywhere, grain=grain)) is not rare
