@@ -152,7 +152,7 @@ def _peak_of(powers: list[tuple[Floats, Any]], w: Floats) -> Floats:
 def _on_edge(view: View, start: Floats, along: Floats, glossy: bool) -> list[Floats]:
     """Shares (n,) of an edge: where (n.d) / d^4 is largest or least, and (m.d)^s / d^(s + 3)."""
     points = view.points
-    ways = [(points.normal, 1.0), (points.mirror, points.shininess)][: 1 + glossy]
+    ways: list[tuple[Floats, Any]] = [(points.normal, 1.0), (points.mirror, points.shininess)][: 1 + glossy]
     aa, ab, bb = dot(start, start), dot(start, along), dot(along, along)
     found = []
     for way, k in ways:
