@@ -29,7 +29,7 @@ from .visibility.ray_offset import RayOffset
 Progress = Callable[[int, int], None]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Image:
     """A rendered image and its statistics over passes.
 

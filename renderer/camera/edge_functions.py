@@ -23,7 +23,7 @@ BLOCK = 1 << 15
 """Triangle-ray pairs handled at once: bounds the memory, and fits the cache."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pencil:
     """All triangles about one origin, as rows that are linear in the direction.
 

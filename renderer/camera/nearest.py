@@ -28,7 +28,7 @@ MANY = 1 << 20
 """Hits kept before those are let go that cannot be seen any more: bounds the memory."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Planes:
     """Planes of triangles about one origin.
 

@@ -28,7 +28,7 @@ BOX_ULPS = 64 * 2.0**-53
 and a sum of three products each for the vertex and the ray, and the slack of the edge functions."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ImageBoxes:
     """All triangles about one origin, and their boxes in the plane of three corner directions.
 
@@ -106,7 +106,7 @@ class ImageBoxes:
         return _distance(near), triangle, np.stack(weight) if weight else np.zeros(d.shape)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Sides:
     """What a ray meets of triangles: edge functions (3 edges) with slack, and planes."""
 

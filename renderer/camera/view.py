@@ -21,7 +21,7 @@ FACING_ULPS = 16 * 2.0**-53
 """Rounding of the cosine between two unit vectors: where a surface is seen edge-on its front is what is seen."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class View:
     """Camera rays and what they hit.
 

@@ -131,7 +131,7 @@ SHARE = 1e-4
 """Of an image's tolerance, that closed forms may err by."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ShadingPoints:
     """Points whose front the camera sees.
 

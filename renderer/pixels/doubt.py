@@ -44,7 +44,7 @@ FLAT = 1e-9
 """Heights over a surface's plane that are none, relative to the edge's distance."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Footprints:
     """Parts of surfaces that pixels show.
 
@@ -238,7 +238,7 @@ def _cone(light: Light, position: Floats) -> tuple[Floats, Floats, Floats]:
     return to / distance, distance, radius / distance
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cone:
     """From footprints (n,) to a light, as far as a penumbra that fits in them can come from.
 

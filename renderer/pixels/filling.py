@@ -45,7 +45,7 @@ class Filled:
     piece_bound: Floats
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Parts:
     """Pieces of regions that reflect.
 

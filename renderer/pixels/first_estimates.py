@@ -60,7 +60,7 @@ def summed(radiance: Floats) -> Floats:
     return radiance.sum(axis=0) if radiance.shape[0] == 3 else math.sqrt(3) * radiance[0]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Known:
     """First values: of whole pixels, and of pieces in the order of their pixel and region.
 

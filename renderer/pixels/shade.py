@@ -77,7 +77,7 @@ def unshadowed(regions: Regions, needs: Needs, x: Floats, y: Floats, region: Int
     return reflected(regions.points(x, y, region).as_exact_as(tolerance), needs, free)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Palette:
     """What is known of regions without shading them, by surface; see `surface_of`.
 

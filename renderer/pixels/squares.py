@@ -11,7 +11,7 @@ from nusselt.renderer.vectors import Bools, Floats, Ints
 from .moments import Pieces
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Groups:
     """What squares show of one region each, and the 4 x 4 nodes that speak for it."""
 
@@ -33,7 +33,7 @@ class Groups:
         return Groups(*(getattr(self, part.name)[index] for part in fields(self)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Members:
     """Groups, and the pieces that belong to some: their numbers, and of which."""
 
@@ -42,7 +42,7 @@ class Members:
     of_piece: Ints
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shares:
     """Groups, which of their square's pixels (k, step, step) belong to each, their pieces, and how many values."""
 
@@ -70,7 +70,7 @@ class Shares:
         return Shares(self.groups.take(index), self.pixels[index], self.piece[mine], of_piece[mine], self.count[index])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trials:
     """One point of each share, at which interpolation is worst: pixels and then pieces, and of which group each is."""
 

@@ -80,7 +80,7 @@ def around_agrees(label: Ints) -> Bools:
     return same
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Frames:
     """A piece of work: frames ``first`` to ``last`` of one copy, in some pixels; ``tolerance`` is the image's."""
 

@@ -21,7 +21,7 @@ RUN = 16
 """Pixels of a row that one ray may speak for."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shown:
     """What an image shows.
 

@@ -27,7 +27,7 @@ def outline_of(geometry: Geometry, hierarchy: Hierarchy, light: Light) -> tuple[
     return found, "" if found else "the light lies beside or inside the surface"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CommonVisibility:
     """What stands between many points and single points of one light.
 

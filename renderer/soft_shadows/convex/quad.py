@@ -54,7 +54,7 @@ class Tally:
         self.counts[route] += int(count)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Found:
     """Light at n points.
 
@@ -76,7 +76,7 @@ class Found:
     tally: Tally
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class QuadShadows:
     """One light over one set of points.
 

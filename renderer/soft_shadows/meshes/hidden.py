@@ -97,7 +97,7 @@ def hidden_irradiance(
     return out[0], out[1]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Points:
     """Receivers, neighbours next to each other.
 

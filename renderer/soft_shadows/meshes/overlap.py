@@ -28,7 +28,7 @@ GRID = 2.0**-40
 """The ends of strips are kept to this share of the light: receiver i lives in [2 i, 2 i + 1] of one sorted list."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lines:
     """Directed straight lines on the light, each with a weight: Lambert's terms are taken along them.
 
@@ -67,7 +67,7 @@ class Lines:
         return value, doubts, lengths
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Strips:
     """Strips of the lights of many points, in order, those that can have no overlap left out.
 
