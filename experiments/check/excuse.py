@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from nusselt.renderer.estimators.analytic import without_shadows
 from nusselt.renderer.image import Image
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Bools, Floats
 
 from .expectations import moved_by, offset_of
 
@@ -36,6 +36,45 @@ ROUNDS = 8
 PATHS = 1 << 25
 SURE = 5.0
 """Standard errors by which a pixel's explained error may be further out."""
+RULE = "Mitsuba's rule for shadow rays"
+LIFTS = "Mitsuba up to 3.9 lifts shadow rays off the surface and ends them short of the light"
+
+
+@dataclass(frozen=True, eq=False)
+class OwnError:
+    """What an image of Mitsuba's is known to be wrong by, (3, h, w) each.
+
+    Parameters
+    ----------
+    added, error
+        What its rule for shadow rays adds, and the standard error of that.
+    rounded
+        What float32 may add, or take.
+    """
+
+    added: Floats
+    error: Floats
+    rounded: Floats
+
+    def left(self, difference: Floats) -> Floats:
+        """What of the difference of such an image from a right one is not explained."""
+        room = SURE * self.error + self.rounded
+        low, high = np.minimum(self.added, 0) - room, np.maximum(self.added, 0) + room
+        return np.asarray(difference - np.clip(difference, low, high))
+
+    def said(self, mean: Floats, shaded: Bools, reason: str, causes: tuple[str, ...] = ()) -> str:
+        """That it explains what is said of an image beside such a mean (3, h, w)."""
+        size = float(np.abs(mean).mean(axis=0)[shaded].mean()) or 1.0
+        told = f"by {RULE} its own mean is {float(self.added.mean(axis=0)[shaded].mean()) / size:+.2%} off"
+        if self.rounded.any():
+            told += f", by its roundings up to {float(self.rounded.mean(axis=0)[shaded].mean()) / size:.2%}"
+        return f"{'; '.join(causes) or LIFTS}: {told}, which explains that {reason}"
+
+
+def own_error(scene: Scene, seed: int, executor: Executor | None = None) -> OwnError:
+    """Both together; nothing where nothing is known."""
+    known, rounded = rule_error(scene, seed, executor), rounding_error(scene)
+    return OwnError(*(known or (np.zeros_like(rounded), np.zeros_like(rounded))), rounded)
 
 
 def rule_error(scene: Scene, seed: int, executor: Executor | None = None) -> tuple[Floats, Floats] | None:
@@ -98,17 +137,12 @@ def reconsidered(
             return replace(verdict, reason=f"{hidden} shaded pixels are not judged: {'; '.join(reference.limits)}")
     if verdict.word != "differs" or reference.renderer != "mitsuba":
         return verdict
-    known, rounded = rule_error(scene, seed, executor), rounding_error(scene)
-    if known is None and not rounded.any():
-        return verdict
-    added, error = known or (np.zeros_like(rounded), np.zeros_like(rounded))
-    room = SURE * error + rounded
-    low, high = -np.maximum(added, 0) - room, -np.minimum(added, 0) + room
-    difference = ours.mean - reference.mean
+    known = own_error(scene, seed, executor)
+    difference = reference.mean - ours.mean
     shaded = ours.shaded & (reference.emitter == 0) & (reference.background == 0)
-    left = np.where(shaded, difference - np.clip(difference, low, high), difference)
+    left = np.where(shaded, known.left(difference), difference)
     again = judge(
-        replace(ours, mean=reference.mean + left),
+        replace(ours, mean=reference.mean - left),
         reference,
         passes=passes,
         margin=margin,
@@ -117,13 +151,5 @@ def reconsidered(
     )
     if again.word == "differs":
         return verdict
-    size = float(np.abs(reference.mean).mean(axis=0)[shaded].mean()) or 1.0
-    share = float(added.mean(axis=0)[shaded].mean()) / size
-    causes = reference.limits or (
-        "Mitsuba up to 3.9 lifts shadow rays off the surface and ends them short of the light",
-    )
-    told = f"by Mitsuba's rule for shadow rays its own mean is {share:+.2%} off"
-    if rounded.any():
-        told += f", by its roundings up to {float(rounded.mean(axis=0)[shaded].mean()) / size:.2%}"
-    told += f", which explains that {verdict.reason}"
-    return replace(verdict, word="undecided", reason=f"{'; '.join(causes)}: {told}", more=None)
+    told = known.said(reference.mean, shaded, verdict.reason, reference.limits)
+    return replace(verdict, word="undecided", reason=told, more=None)

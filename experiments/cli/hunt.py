@@ -14,6 +14,7 @@ import click
 from nusselt.experiments.hunt.hunt import Hunt, Question
 from nusselt.experiments.hunt.page import headline, lines, scene_file, write_page
 from nusselt.experiments.hunt.scenes import EXTREMES, NAMES
+from nusselt.experiments.hunt.trial import KNOWN
 from nusselt.experiments.metamorphic.ask import Asking
 from nusselt.experiments.metamorphic.peer_source import PeerSource
 from nusselt.experiments.metamorphic.sources import MITSUBA
@@ -100,7 +101,7 @@ def _shows(made: Made, words: list[str], hunt: Hunt, number: int) -> str:
     """The command that shows how a cause's smallest scene fails."""
     asking, name = hunt.question.asking, scene_file(number)
     margin, manner = ["--margin", f"{asking.margin:g}"], hunt.causes.known[number].failing.manner
-    if manner != BESIDE:
+    if manner not in (BESIDE, KNOWN):
         return again([*words, *margin, *(["--two-sided"] if hunt.question.two_sided else [])], manner, name)
     if isinstance(hunt.source, PeerSource):
         return shlex.join(["nusselt", "cross", name, "--peers", hunt.source.name, "--two-sided", *margin])

@@ -1,8 +1,9 @@
 """From scenes that fail to distinct causes: what known ones do not explain is made small, and named.
 
 Two failures are taken for one cause where they fail in the same manner, one's smallest scene holds all that the
-other's does, and both have a name in common, or one has none. A scene that holds what a known cause needs counts as
-its, unless it fails without that too. A cause that shows in every scene may hide others.
+other's does, and both have a name in common, or one has none; what a rule explains that is known, by its name alone. A
+scene that holds what a known cause needs counts as its, unless it fails without that too. A cause that shows in every
+scene may hide others.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.scene import Scene
 
 from .scenes import held, without
-from .trial import Failing, Trial
+from .trial import KNOWN, Failing, Trial
 
 SECONDS = 120.0
 """Of one scene's reduction, at most."""
@@ -60,7 +61,8 @@ class Cause:
         one, two = set(self.needs), set(other.needs)
         names = [set(cause.failing.names) for cause in (self, other)]
         named = names[0] & names[1] or not all(names)
-        return self.failing.manner == other.failing.manner and bool(named) and (one <= two or two <= one)
+        alike = self.failing.manner == KNOWN or one <= two or two <= one
+        return self.failing.manner == other.failing.manner and bool(named) and alike
 
 
 @dataclass
@@ -84,10 +86,13 @@ class Causes:
         """The known cause that explains a failure; or what still fails when all that they need is taken out."""
         left, now = scene, failing
         for number, cause in enumerate(self.known):
+            if cause.failing.manner == now.manner == KNOWN and set(cause.failing.names) == set(now.names):
+                return number, scene, failing
             if cause.failing.manner != now.manner or not set(cause.needs) <= set(held(left)):
                 continue
             less = next((less for name in cause.needs if (less := without(left, name)) is not None), None)
             rest = None if less is None else self._fails(less)
+            rest = None if rest is not None and rest.manner == KNOWN else rest
             if set(now.names) & set(cause.failing.names) or (rest is None and (less is not None or not now.names)):
                 return number, scene, failing
             if less is not None and rest is not None:
@@ -103,7 +108,7 @@ class Causes:
 
     def _smallest(self, scene: Scene, failing: Failing, name: str) -> Cause:
         """The scene made small, and what it looks like at the size it was drawn in, where it still fails so."""
-        kind = BesideExact if failing.manner == BESIDE else Failure
+        kind = BesideExact if failing.manner in (BESIDE, KNOWN) else Failure
         failure = kind(failing.manner, self.trial(scene).source, self.asking)
         shown = failure.there(scene)
         small = reduced(scene, Trials(failure, min(self.until, time.monotonic() + SECONDS))) if shown else scene

@@ -11,8 +11,10 @@ from itertools import islice
 import numpy as np
 
 from nusselt.experiments.check.estimators import noise_free
+from nusselt.experiments.check.excuse import RULE, own_error
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences
+from nusselt.experiments.external.comparison import Comparison
 from nusselt.experiments.external.judge import External, Judging, judge_images
 from nusselt.experiments.external.program import ProgramFailed
 from nusselt.experiments.metamorphic.ask import Asking, is_still, related_of
@@ -20,7 +22,7 @@ from nusselt.experiments.metamorphic.by_method import beside_exact, judge_by_met
 from nusselt.experiments.metamorphic.judge import judge_relation
 from nusselt.experiments.metamorphic.relation import Related, Relation, Shot
 from nusselt.experiments.metamorphic.relations import RELATIONS
-from nusselt.experiments.metamorphic.sources import Source
+from nusselt.experiments.metamorphic.sources import MitsubaSource, Source
 from nusselt.experiments.reduce.failure import BESIDE, CRASHES, NOT_FINITE
 from nusselt.experiments.search.examine import stream
 from nusselt.experiments.verdict.level import Level
@@ -29,14 +31,16 @@ from nusselt.renderer.vectors import Floats
 
 RELATING = 2
 """Of a scene, by chance: other scenes try the others."""
+KNOWN = "differs by a rule of its own"
+"""As far as that rule, which is known, explains."""
 
 
 @dataclass(frozen=True)
 class Failing:
     """How a scene fails.
 
-    ``manner`` is `CRASHES`, `NOT_FINITE`, `BESIDE` or a relation's name; ``names`` mistakes that it looks like, a
-    relation, or a program's last words; ``hint`` says what to look for.
+    ``manner`` is `CRASHES`, `NOT_FINITE`, `BESIDE`, `KNOWN` or a relation's name; ``names`` mistakes that it looks
+    like, a relation, a rule, or a program's last words; ``hint`` says what to look for.
     """
 
     manner: str
@@ -122,15 +126,30 @@ class Trial:
         return word, Failing(BESIDE, judged.reason) if judged and word == "differs" else None
 
     def _beside_exact(self, shots: Shots) -> tuple[str, Failing | None]:
-        asked, images = self.asking, [each[0] for each in shots.passes]
+        asked, images = self.asking, [each[0].transpose(1, 2, 0).astype(float) for each in shots.passes]
         question = Question(estimator="area", margin=asked.margin, seed=asked.seed, level=Level(asked.alpha, self.rows))
-        judging = Judging(question, External(), "", KeptReferences(None, None), diagnose=self.diagnosing)
-        row = judge_images(self.scene, [image.transpose(1, 2, 0).astype(float) for image in images], judging).row
-        if row["verdict"] != "differs":
-            return row["verdict"], None
+        judging = Judging(question, External(), "", KeptReferences(None, None), diagnose=False)
+        found = judge_images(self.scene, images, judging)
+        if found.row["verdict"] != "differs":
+            return found.row["verdict"], None
+        if explained := self._explained(found, images, judging):
+            return "differs", explained
+        row = judge_images(self.scene, images, replace(judging, diagnose=True)).row if self.diagnosing else found.row
         mistakes = row["likely_mistakes"]
         hint = f"{mistakes[0]['detail']}; {mistakes[0]['hint']}" if mistakes else "; ".join(row["where"])
         return "differs", Failing(BESIDE, row["reason"], tuple(one["name"] for one in mistakes), hint)
+
+    def _explained(self, found: Comparison, images: list[Floats], judging: Judging) -> Failing | None:
+        """What images (h, w, 3) that differ fail by if Mitsuba's own rule is all that it takes."""
+        if not isinstance(self.source, MitsubaSource):
+            return None
+        known = own_error(self.scene, self.asking.seed)
+        truth, shaded = found.truth.reference.mean, found.sides.image.shaded
+        difference = np.mean(images, axis=0).transpose(2, 0, 1) - truth
+        explained = np.where(shaded, difference - known.left(difference), 0.0).transpose(1, 2, 0)
+        if judge_images(self.scene, [image - explained for image in images], judging).row["verdict"] == "differs":
+            return None
+        return Failing(KNOWN, known.said(truth, shaded, found.row["reason"]), (RULE,))
 
     def _broken(self, shots: Shots) -> Iterator[tuple[str, Failing]]:
         """Relations that do not hold."""

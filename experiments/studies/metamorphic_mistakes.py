@@ -15,7 +15,7 @@ from nusselt.experiments.independent.mistakes import KINDS, MISTAKES
 from nusselt.experiments.independent.plain_scenes import PLAIN
 from nusselt.experiments.independent.render import Options, render
 from nusselt.experiments.independent.steps import RIGHT, Steps
-from nusselt.experiments.metamorphic.ask import Asking, Pictures, ask
+from nusselt.experiments.metamorphic.ask import Asking, ask
 from nusselt.experiments.metamorphic.judge import judge_relation
 from nusselt.experiments.metamorphic.relation import Related, Shot
 from nusselt.experiments.metamorphic.sources import EstimatorSource, Source
@@ -84,10 +84,9 @@ def plant(number: int, width: int, seed: int) -> Outcome:
 
 
 def _beside_right(scene: Scene, source: Source, asking: Asking) -> str:
-    related = Related(scene, (), lambda images: (images[0], images[1]))
-    wrong, right = Pictures(scene, source), Pictures(scene, IndependentSource())
+    related = Related(scene, (Shot(scene),), lambda images: (images[0], images[1]))
     seeds = range(asking.seed + 1, asking.seed + 1 + asking.runs)
-    images = [[*wrong.of(related, seed), *right.of(related, seed)] for seed in seeds]
+    images = [[one.image(Shot(scene), seed) for one in (source, IndependentSource())] for seed in seeds]
     return judge_relation(related, images, Level(asking.alpha), asking.margin, source.rounding).word
 
 

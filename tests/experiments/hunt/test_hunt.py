@@ -12,16 +12,19 @@ import pytest
 from builders import GREY, floor, lamp, scene
 from click.testing import CliRunner
 
+import nusselt.experiments.hunt.causes as causes_file
 import nusselt.experiments.hunt.hunt as hunt_file
+from nusselt.experiments.check.excuse import RULE
 from nusselt.experiments.cli.main import main
 from nusselt.experiments.external.program import ProgramFailed
+from nusselt.experiments.hunt.causes import Cause
 from nusselt.experiments.hunt.hunt import Hunt, Question
 from nusselt.experiments.hunt.scenes import INGREDIENTS, drawn, held
-from nusselt.experiments.hunt.trial import Trial
+from nusselt.experiments.hunt.trial import KNOWN, Failing, Trial
 from nusselt.experiments.independent.mistakes import MISTAKES
 from nusselt.experiments.independent.steps import RIGHT
 from nusselt.experiments.metamorphic.ask import Asking
-from nusselt.experiments.metamorphic.sources import EstimatorSource
+from nusselt.experiments.metamorphic.sources import EstimatorSource, MitsubaSource
 from nusselt.experiments.reduce.failure import BESIDE, CRASHES, NOT_FINITE
 from nusselt.experiments.studies.metamorphic_mistakes import IndependentSource
 from nusselt.renderer.errors import InputError
@@ -92,6 +95,43 @@ def test_two_mistakes_of_a_renderer_are_two_causes_and_a_right_one_has_none(tmp_
     assert [("sphere" in cause.needs, "glossy" in cause.needs) for cause in causes] == [(True, False), (False, True)]
     assert sum(len(cause.seen) for cause in causes) == 3
     assert not _hunted(IndependentSource(), tmp_path / "right", 3).causes.known
+
+
+@dataclass(frozen=True)
+class Brightened(MitsubaSource):
+    """Mitsuba with a mistake: where there are balls, all is too bright."""
+
+    def image(self, shot, seed):
+        return super().image(shot, seed) * (1.2 if "sphere" in held(shot.scene) else 1.0)
+
+
+@pytest.mark.slow
+@pytest.mark.mitsuba
+def test_what_mitsubas_known_rule_explains_is_told_once_by_its_name_and_a_mistake_beside_it_as_itself(
+    tmp_path, monkeypatch
+):
+    """Of two lamps 1e-4 apart the lower one is not seen to stand before the upper: twice the light."""
+    lamps = {"lights": (lamp(2.5), lamp(2.5001)), "size": (16, 16), "light_samples": 64, "stratify": True}
+    made = [scene(floor(material=stuff), **lamps) for stuff in (GREY, SHINY)]
+    made = [one.with_(name=f"lamps {k}") for k, one in enumerate((*made, scene(floor(), ellipsoids=BALL, **lamps)))]
+    monkeypatch.setattr(hunt_file, "drawn", lambda *asked: iter(made))
+    monkeypatch.setattr(causes_file, "SECONDS", 4.0)
+    reduced, right = [], causes_file.reduced
+    monkeypatch.setattr(causes_file, "reduced", lambda *asked: reduced.append(asked) or right(*asked))
+    (cause,) = _hunted(MitsubaSource(), tmp_path / "right", 3).causes.known
+    assert (cause.failing.manner, cause.failing.names) == (KNOWN, (RULE,))
+    assert "which explains that" in cause.failing.reason
+    assert cause.seen == tuple(one.name for one in made)
+    assert len(reduced) == 1
+    first, second = _hunted(Brightened(), tmp_path / "brightened", 3).causes.known
+    assert (first.failing.manner, first.seen) == (KNOWN, ("lamps 0", "lamps 1"))
+    assert (second.failing.manner, second.seen) == (BESIDE, ("lamps 2",))
+
+
+def test_a_known_rule_is_one_cause_whatever_its_smallest_scenes_hold():
+    one, other = (Cause(Failing(KNOWN, "", (RULE,)), needs, MADE[0], True, ()) for needs in (("quad",), ("sphere",)))
+    assert one.is_like(other)
+    assert not replace(one, failing=Failing(BESIDE, "", (RULE,))).is_like(replace(other, failing=Failing(BESIDE, "")))
 
 
 def test_the_same_seed_gives_the_same_number_and_a_blind_one_tells_it_before_any_truth(tmp_path, monkeypatch):
