@@ -60,7 +60,7 @@ class Difference:
 
 
 def difference(a: Contestant, b: Contestant, shaded: Bools, margin: float, level: Level) -> Difference:
-    """Compare two.
+    """Compare two; those without noise are allowed a row of their points where the verdict depends on it.
 
     Parameters
     ----------
@@ -69,6 +69,13 @@ def difference(a: Contestant, b: Contestant, shaded: Bools, margin: float, level
     level : Level
         False-alarm rate, with as many rows as there are comparisons.
     """
+    found = _difference(a, b, shaded, margin, level)
+    if found.word != "differs" or not (a.row or b.row):
+        return found
+    return _difference(a.widened(), b.widened(), shaded, margin, level)
+
+
+def _difference(a: Contestant, b: Contestant, shaded: Bools, margin: float, level: Level) -> Difference:
     nothing = np.zeros((1, a.side.mean.shape[-1]))
     allowed = margin + a.bias_slack + b.bias_slack
     seen = (Seen(a.side.mean, nothing, nothing), Seen(b.side.mean, nothing, nothing))

@@ -26,6 +26,8 @@ PASSES = 32
 standard errors at a report's level, 12 at 14, 8.8 at 30."""
 SURE = 1e-6
 """How often normal pass means are taken for heavy-tailed or skewed."""
+ALIKE = 2e-14
+"""Relative spread below which values are the same but for their rounding, which has no moments to speak of."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,6 @@ def is_heavy(values: Floats) -> Bools:
 
 
 def _varied(values: Floats) -> tuple[Bools, Floats]:
-    """Which rows (..., r) are all alike, and the values with an even ramp, neither skewed nor heavy, in their place."""
-    flat = np.asarray(np.ptp(values, axis=-1) == 0)
+    """Which rows (..., r) are alike but for rounding; and the values, an even ramp, which no test minds, for those."""
+    flat = np.asarray(np.ptp(values, axis=-1) <= ALIKE * np.abs(values).max(axis=-1))
     return flat, np.where(flat[..., None], np.linspace(-1, 1, values.shape[-1]), values)

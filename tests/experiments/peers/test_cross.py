@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from builders import GREY, floor, lamp, scene
 from rich.console import Console
 
 from nusselt.experiments.independent.mistakes import MISTAKES
@@ -19,7 +20,8 @@ from nusselt.experiments.peers.environment import Environments
 from nusselt.experiments.peers.renderers import PEERS
 from nusselt.experiments.peers.tables import matrix_table, peers_table, without
 from nusselt.experiments.results.rows import percent
-from nusselt.renderer.scene_text import parse_scene
+from nusselt.experiments.scenes import shapes
+from nusselt.renderer.scene_text import parse_scene, write_scene
 
 TEXT = """size 32 24
 camera 0 .5 6  0 1.5 0  0 1 0  44
@@ -142,6 +144,20 @@ def test_a_method_without_noise_is_held_to_its_own_step():
     for share, word in ((-3.0, "agrees"), (0.0, "differs")):
         found = cross(Entrant("alpha", "centre", (image + error)[None], share * error))
         assert found.findings.words["alpha"] == word
+
+
+def test_a_light_that_is_cut_along_its_own_rows_is_allowed_a_row_of_points():
+    """45 % of it are seen, of 8 rows and of 4 half: nothing in the step, and the image 11 % off. A third is more."""
+    sheet = shapes.plate((-1.0, 1.0), (-1.0, 0.08), 2.49, GREY)
+    cut = scene(floor(), sheet, lights=(lamp(2.5, 0.8),), size=(16, 12), two_sided=True)
+    fine, coarse = (
+        render(write_scene(cut), 16, Options(samples=n * n), replace(RIGHT, places=middles)).transpose(2, 0, 1)
+        for n in (8, 4)
+    )
+    right, bright = (Entrant(name, "centre", k * fine[None], fine - coarse, 64) for name, k in (("a", 1), ("b", 1.3)))
+    found = cross_check(cut, [right, bright], CrossQuestion())
+    assert found.exact["a"].bias > 0.05
+    assert found.findings.words == {"a": "agrees", "b": "differs"}
 
 
 def test_pixels_of_two_lights_are_not_held_against_a_renderer_of_areas():

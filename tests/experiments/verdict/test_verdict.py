@@ -21,7 +21,7 @@ from nusselt.experiments.verdict.rule import Finding
 from nusselt.experiments.verdict.rules import RULES
 from nusselt.experiments.verdict.rules.mean import of_interval
 from nusselt.experiments.verdict.rules.noise_free import NoiseFree
-from nusselt.experiments.verdict.rules.normality import FEWEST, PASSES, is_heavy, side_objections
+from nusselt.experiments.verdict.rules.normality import FEWEST, PASSES, excess_kurtosis, is_heavy, side_objections
 from nusselt.experiments.verdict.rules.pass_spread import pass_spread
 from nusselt.experiments.verdict.rules.variance_ratio import log_ratio_error, variance_ratio
 from nusselt.experiments.verdict.side import Side
@@ -165,6 +165,13 @@ def test_normal_passes_are_rarely_called_heavy():
     """1,000 sets at 1e-6 each: two alarms have a chance of 5e-7."""
     rng = np.random.default_rng(7)
     assert is_heavy(rng.normal(size=(1000, 32))).sum() <= 1
+
+
+def test_values_that_are_alike_but_for_their_rounding_have_no_moments():
+    values = np.nextafter(np.full((2, 32), 0.3), np.arange(32) % 3)
+    assert np.ptp(values) > 0
+    assert not is_heavy(values).any()
+    assert np.isnan(excess_kurtosis(Side.of_passes("rounded", values[:, :, None, None], by_passes=True))).all()
 
 
 YES, NO = np.ones(1, dtype=bool), np.zeros(1, dtype=bool)
