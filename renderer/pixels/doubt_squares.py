@@ -17,7 +17,7 @@ from .regions import Regions
 SQUARE = 4
 """Pixels in a side."""
 AROUND = 1.11
-"""How much larger than a square and half a pixel around it what stands for it is: it holds all its pixels' footprints."""
+"""How much larger than a square and half a pixel around it what stands for it is: it holds its pixels' footprints."""
 STEEP = 0.2
 """Of the distance to the eye, that it may change by across what a square shows of a plane; and of that to a light, how
 large that may be."""
