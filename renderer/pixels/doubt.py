@@ -69,10 +69,10 @@ def footprints(regions: Regions, x: Floats, y: Floats, region: Ints, size: Float
     for step in (2 * lens.right / lens.width, 2 * lens.up / lens.height):
         side = away * (step - d * (dot(step, points.normal) / np.where(down == 0, 1.0, down)))  # on its plane
         square += dot(side, side)
-    return Footprints(points.position, points.normal, np.minimum(size * np.sqrt(square) / 2, _sizes(regions)[surface]))
+    return Footprints(points.position, points.normal, np.minimum(size * np.sqrt(square) / 2, sizes(regions)[surface]))
 
 
-def _sizes(regions: Regions) -> Floats:
+def sizes(regions: Regions) -> Floats:
     """Radius (r,) of each surface: what is seen from its edge has a footprint no larger."""
     g, faces = regions.geometry, regions.faces
     low, high = np.full((3, faces.count), np.inf), np.full((3, faces.count), -np.inf)
@@ -179,9 +179,10 @@ def in_doubt(parts: Footprints, light: Light, start: Floats, end: Floats) -> NDA
     span = np.sqrt(dot(sides, sides))  # nothing is farther than that
     farthest = parts.radius / np.maximum(2 * k / WIDTHS + parts.radius / distance, parts.radius / span)
     cones = Cone(parts.position, axis, parts.radius, k, farthest)
-    for first in range(0, n, BLOCK):
-        block = np.arange(first, min(first + BLOCK, n))
-        near = distinct(_meet(cones.take(block), start, end, BLOCK)[1])
+    size = max(BLOCK, PAIRS // start.shape[1])
+    for first in range(0, n, size):
+        block = np.arange(first, min(first + size, n))
+        near = distinct(_meet(cones.take(block), start, end, size)[1])
         step = max(1, PAIRS // (GROUP * max(near.size, 1))) * GROUP
         for some in np.split(block, range(step, block.size, step)):
             point, edge = _near(cones.take(some), start[:, near], end[:, near])

@@ -30,7 +30,7 @@ from nusselt.renderer.vectors import Floats, Ints, dot, unit
 
 from .regions import Regions
 
-SMALLEST = 4096
+SMALLEST = 8192
 """Points in a piece of work, at least: half the time of a piece of a thousand goes by whatever their number."""
 
 

@@ -33,7 +33,7 @@ from .integrals import Integral, displaced, over_arcs, over_nodes, small_lights
 from .rims import rims
 from .strips import Bodies, Trapezoids, trapezoids
 
-BLOCK = 4096
+BLOCK = 8192
 """Points handled at once."""
 
 ROUTES = ("unlit", "lit", "hidden", "exact", "coarse", "silhouette", "sampled")
