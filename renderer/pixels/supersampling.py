@@ -21,7 +21,7 @@ from nusselt.renderer.camera.screen_boxes import kept_boxes
 from nusselt.renderer.camera.view import View, look
 from nusselt.renderer.chunks import each
 from nusselt.renderer.estimators.analytic import without_shadows
-from nusselt.renderer.estimators.common_points import hidden
+from nusselt.renderer.estimators.common_points import hidden_from
 from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.needs import Source
 from nusselt.renderer.prepared import prepare
@@ -34,11 +34,11 @@ from nusselt.renderer.visibility.segments import small_triangles
 MANY = 20_000
 """Small triangles beyond which pixels are sampled: cutting each face out of its pixels takes minutes there."""
 REPLICAS = 4
-FRAMES = 16
+FRAMES = 8
 """Of each copy, in the first round."""
 MOST = 2048
 """Of each copy, after which a pixel stays as it is and the error says so."""
-RAYS = 1 << 15
+RAYS = 1 << 16
 """In a piece of work."""
 STEPS = 1.1673039782614187 ** -np.arange(1.0, 5.0)
 """Of the sequence: pixel across, pixel down, light across, light down."""
@@ -82,38 +82,33 @@ def around_agrees(label: Ints) -> Bools:
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """A piece of work: frames ``first`` to ``last`` of one copy, in some pixels; ``tolerance`` is the image's."""
+    """A piece of work: frames ``first`` to ``last`` of all copies, in some pixels; ``tolerance`` is the image's."""
 
     scene: Scene
-    shift: Floats
     first: int
     last: int
     tolerance: float
 
     def __call__(self, pixel: Ints) -> Floats:
-        """Sums (5, n) over the frames: radiance, hits of emitters, misses."""
+        """Sums (REPLICAS, 5, n) over the frames: radiance, hits of emitters, misses."""
         scene, geometry, needs = prepare(self.scene)
+        shifts = np.random.default_rng(7).random((REPLICAS, 1, 4))
+        place = ((shifts + np.arange(self.first, self.last)[:, None] * STEPS) % 1.0).reshape(-1, 4).T
         row, across = np.divmod(pixel, scene.width)
-        total = np.zeros((5, pixel.size))
-        for number in range(self.first, self.last):
-            x, y, *light = (self.shift + number * STEPS) % 1.0
-            # One place in all pixels: most of the small triangles then touch none of the rays (see `ragged`).
-            view: View = look(scene, geometry, across + x, row + y)
-            total[:3] += view.emission
-            total[3] += view.emitter
-            total[4] += view.background
-            points = view.points.as_exact_as(self.tolerance)
-            total[:3, view.lit] += reflected(points, needs, partial(_share, light=np.array(light)))
-        return total
+        view: View = look(scene, geometry, (across + place[0][:, None]).ravel(), (row + place[1][:, None]).ravel())
+        found = np.vstack((view.emission, view.emitter, view.background))
+        points = view.points.as_exact_as(self.tolerance)
+        found[:3, view.lit] += reflected(points, needs, partial(_share, light=place[2:], of=view.lit // pixel.size))
+        return np.asarray(found.reshape(5, REPLICAS, -1, pixel.size).sum(axis=2).swapaxes(0, 1))
 
 
-def _share(points: ShadingPoints, source: Source, light: Floats) -> Floats:
-    """What a source sends to the eye, its shadow that of one place (2,) of the light."""
+def _share(points: ShadingPoints, source: Source, light: Floats, of: Ints) -> Floats:
+    """What a source sends to the eye; each point's shadow is that of place ``of`` (n,) of the ``light``, (2, m)."""
     free = without_shadows(points, source)
     if source.blockers.none:
         return free
-    at = (light + source.index * STEPS[:2]) % 1.0
-    return free - hidden(points, source, at[:, None])
+    at = (light + source.index * STEPS[:2, None]) % 1.0
+    return free - hidden_from(points, source, at, of)
 
 
 def _sums(frames: Frames, pixel: Ints) -> Floats:
@@ -166,10 +161,9 @@ def sample_crowd(
     Only pixels that take part in the excess go on; a copy's frames are doubled each time.
     """
     crowd = Crowd(pixel, np.zeros((REPLICAS, 5, pixel.size)), np.zeros(pixel.size, dtype=np.int64))
-    shifts = np.random.default_rng(7).random((REPLICAS, 4))
     some, count = np.arange(pixel.size), FRAMES
     while True:
-        _more(crowd, partial(Frames, scene, tolerance=tolerance), shifts, some, count, executor)
+        _more(crowd, partial(Frames, scene, tolerance=tolerance), some, count, executor)
         variance = crowd.variance((scene.height, scene.width))
         left = float(variance.sum())
         if left <= budget or pixel.size == 0 or int(crowd.frames.max()) >= MOST:
@@ -179,26 +173,22 @@ def sample_crowd(
         order = order[crowd.frames[order] < MOST]
         shed = np.cumsum(0.75 * variance[order])
         stop = int(np.searchsorted(shed, left - budget)) + 1
-        some = np.sort(order[: max(stop, order.size // 8)])
+        some = np.sort(order[: max(stop, order.size // 16)])
         count = 0
 
 
-def _more(
-    crowd: Crowd, make: Callable[..., Frames], shifts: Floats, some: Ints, count: int, executor: Executor | None
-) -> None:
+def _more(crowd: Crowd, make: Callable[..., Frames], some: Ints, count: int, executor: Executor | None) -> None:
     """As many frames again for some pixels, or the first ``count``."""
-    work: list[tuple[int, Ints, Frames]] = []
+    work: list[tuple[Ints, Frames]] = []
     for frames in distinct(crowd.frames[some]).tolist():
         mine = some[crowd.frames[some] == frames]
-        for part in np.array_split(mine, -(-mine.size // RAYS)):
-            step = max(1, RAYS // part.size)
-            for copy in range(REPLICAS):
-                for first in range(frames, 2 * frames or count, step):
-                    last = min(first + step, 2 * frames or count)
-                    work.append((copy, part, make(shift=shifts[copy], first=first, last=last)))
-    pixels = [crowd.pixel[part] for _, part, _ in work]
-    sums_of_all = each(_sums, executor, [one for _, _, one in work], pixels)
-    for (copy, part, _), sums in zip(work, sums_of_all, strict=True):
-        crowd.total[copy][:, part] += sums
-    crowd.evaluations += sum(part.size * (one.last - one.first) for _, part, one in work)
+        for part in np.array_split(mine, -(-REPLICAS * mine.size // RAYS)):
+            step = max(1, RAYS // (REPLICAS * part.size))
+            for first in range(frames, 2 * frames or count, step):
+                work.append((part, make(first=first, last=min(first + step, 2 * frames or count))))
+    pixels = [crowd.pixel[part] for part, _ in work]
+    sums_of_all = each(_sums, executor, [one for _, one in work], pixels)
+    for (part, _), sums in zip(work, sums_of_all, strict=True):
+        crowd.total[:, :, part] += sums
+    crowd.evaluations += sum(REPLICAS * part.size * (one.last - one.first) for part, one in work)
     crowd.frames[some] = np.maximum(2 * crowd.frames[some], count)

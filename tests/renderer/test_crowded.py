@@ -65,7 +65,7 @@ def test_the_error_estimated_holds_against_pixels_that_were_cut(ball, sampled):
 def test_a_wrong_light_is_seen(ball, sampled, monkeypatch):
     """The planted defect: nothing is hidden in what is sampled."""
     right = render_area(ball, Exact(), tolerance=2e-2).image.mean
-    monkeypatch.setattr(crowded, "hidden", lambda points, source, at: np.zeros((3, points.count)))
+    monkeypatch.setattr(crowded, "hidden_from", lambda points, source, at, of: np.zeros((3, points.count)))
     wrong = render_area(ball, Exact(), tolerance=2e-2).image.mean
     assert relative(wrong, right, np.ones(right.shape[1:], dtype=bool)) > 5e-2
 
