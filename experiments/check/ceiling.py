@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from scipy import ndimage
@@ -16,7 +17,7 @@ from nusselt.renderer.needs import Source
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import reflect
-from nusselt.renderer.vectors import Floats, cross, dot
+from nusselt.renderer.vectors import Floats, cross, dot, unit
 
 NODES, AROUND = np.linspace(0, 1, 3), np.linspace(0, 1, 9)
 """Of a grid of light points, whose brightest is refined once; of a light that shines from all around."""
@@ -26,6 +27,8 @@ EDGES = (
 )
 """Of a parallelogram and of a triangle: where they start and how they go, in multiples of the light's own two."""
 TINY = 1e-300
+STEPS = 12
+"""To the peak of a product; what is doubled need not be exact."""
 PIXELS = 1 << 16
 """Of larger images as many are looked at, and their neighbours take the largest."""
 
@@ -112,25 +115,52 @@ def _within(step: Floats, ab: Floats, ac: Floats) -> tuple[Floats, Floats]:
 
 
 def _in_plane(view: View, normal: Floats, at: Floats, glossy: bool) -> list[Floats]:
-    """Ways (3, n) to where a plane is brightest by Lambert's cosine, and to where the mirror direction meets it."""
-    n, m = view.points.normal, view.points.mirror
-    foot = normal * (dot(at, normal) / dot(normal, normal))
-    height = np.sqrt(dot(foot, foot))
-    across = n - normal * (dot(n, normal) / dot(normal, normal))
-    upright = dot(n, foot) / height
-    lambert = foot + across * (height / (2 * upright + np.sqrt(4 * upright**2 + 3 * dot(across, across))))
-    return [lambert, m * (dot(at, normal) / dot(m, normal))] if glossy else [lambert]
+    """Ways (3, n) to where a plane is brightest by Lambert's cosine, n.d, and by a lobe with it, n.d (m.d)^s."""
+    n, m, s = view.points.normal, view.points.mirror, view.points.shininess
+    facing = normal * np.copysign(1 / np.sqrt(dot(normal, normal)), dot(at, normal))
+    found = [_peak(facing, 3.0, n, 1.0)]
+    if glossy:
+        start = unit(_peak(unit(found[0]), 4.0, m, s))
+        start = np.where((dot(start, facing) > 0) & (dot(start, n) > 0), start, facing + m)
+        found.append(_peak_of([(facing, 3.0), (n, 1.0), (m, s)], start))
+    return [way * (dot(at, normal) / dot(way, normal)) for way in found]
+
+
+def _peak(a: Floats, j: float, b: Floats, k: Floats | float) -> Floats:
+    """Way to where (a.w)^j (b.w)^k is largest, of unit vectors: between them, k tan = j tan of the angles to both."""
+    cosine = dot(a, b)
+    both = (j + k) * cosine
+    return np.asarray(a + 2 * k / (both + np.sqrt(both**2 + 4 * j * k * (1 - cosine**2))) * (b - cosine * a))
+
+
+def _peak_of(powers: list[tuple[Floats, Any]], w: Floats) -> Floats:
+    """Way (3, n) to where a product of (c.w)^k is largest, by damped steps of Newton's from one where none is 0.
+
+    It is where |w|^2 / 2 times all k, less the sum of k ln(c.w), is least, a convex function that keeps them above 0.
+    """
+    every = sum(k for _, k in powers)
+    for _ in range(STEPS):
+        ways = [(c / dot(c, w), k) for c, k in powers]
+        slope = every * w - sum(k * c for c, k in ways)
+        bend = np.einsum("n,ij->nij", every + 0 * w[0], np.eye(3))
+        bend = bend + sum(np.einsum("in,jn->nij", k * c, c) for c, k in ways)
+        step = np.linalg.solve(bend, slope.T[..., None])[..., 0].T
+        w = w - step / (1 + np.sqrt(np.maximum(dot(step, slope), 0.0)))
+    return w
 
 
 def _on_edge(view: View, start: Floats, along: Floats, glossy: bool) -> list[Floats]:
-    """Shares (n,) of an edge: where (n.d) / d^4 is largest or least, and where the angle to the mirror direction is."""
-    n, m = view.points.normal, view.points.mirror
+    """Shares (n,) of an edge: where (n.d) / d^4 is largest or least, and (m.d)^s / d^(s + 3)."""
+    points = view.points
+    ways: list[tuple[Floats, Any]] = [(points.normal, 1.0), (points.mirror, points.shininess)][: 1 + glossy]
     aa, ab, bb = dot(start, start), dot(start, along), dot(along, along)
-    na, nb, ma, mb = dot(n, start), dot(n, along), dot(m, start), dot(m, along)
-    half, last = 2 * na * bb + nb * ab, 4 * na * ab - nb * aa
-    root = -(half + np.copysign(np.sqrt(np.maximum(half**2 - 3 * nb * bb * last, 0)), half))
-    mirrored = [(mb * aa - ma * ab) / (ma * bb - mb * ab)] if glossy else []
-    return [root / (3 * nb * bb), last / root, *mirrored]
+    found = []
+    for way, k in ways:
+        wa, wb = dot(way, start), dot(way, along)
+        half, last = ((k + 3) * bb * wa - (k - 3) * ab * wb) / 2, (k + 3) * ab * wa - k * aa * wb
+        root = -(half + np.copysign(np.sqrt(np.maximum(half**2 - 3 * wb * bb * last, 0)), half))
+        found += [root / (3 * wb * bb), last / root]
+    return found
 
 
 def _alone(view: View, source: Source, solid: bool, u: Floats, v: Floats) -> Floats:

@@ -201,12 +201,14 @@ def in_common(sides: Sides, noise: Noise) -> bool:
     """Whether images that vary little among each other are as far from the truth as noise of the supposed size.
 
     Seeds that are not used, but for the order of a sum, give such images; they tell as little of noise as one does.
-    What is smooth in the difference is not noise, and dark images vary as little as they are dark.
+    What is smooth in the difference is not noise, and dark images vary as little as they are dark. Where not one of the
+    largest samples is to be expected in all images, all may have missed what is rare: alike, they tell nothing.
     """
     if sides.images == 1 or sides.factor > ALIKE:
         return False
     seen, expected = sides.image.mean.mean(axis=0), sides.reference.mean.mean(axis=0)
     some = sides.image.shaded & ~sides.image.unjudged & noise.sampled & np.isfinite(seen)
+    some &= sides.images * expected >= noise.grain
     level = smooth(expected, some)
     dark = np.divide(smooth(seen, some), level, out=np.ones_like(level), where=level > 0)
     supposed = float((np.clip(dark, 0.0, 1.0) ** 2 * sides.supposed)[some].sum())

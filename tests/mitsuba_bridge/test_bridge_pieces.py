@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from builders import floor, scene
+from builders import box, floor, lamp, scene
 
 from nusselt.mitsuba_bridge.description import describe
+from nusselt.mitsuba_bridge.images import mitsuba_images
 from nusselt.mitsuba_bridge.llvm import backend
 from nusselt.mitsuba_bridge.reference import ask
 from nusselt.renderer.scene import Camera, Scene
@@ -147,3 +148,12 @@ def test_the_density_of_the_sampler_integrates_to_one(tmp_path):
     assert 2 * math.pi * (weights * pdf).sum() == pytest.approx(1, abs=1e-5)
     # And the albedo at this view is k_d + k_s: with its cosine, (s+2)/(2 pi) a^s is a density.
     assert 2 * math.pi * (weights * value[0]).sum() == pytest.approx(0.9, abs=1e-5)
+
+
+def test_one_seed_is_one_image_however_the_scene_is_loaded(llvm):
+    """One of the lights is picked for each sample, by its number."""
+    boxes = [box((x, 0.0, x), (x + 0.3, 0.3, x + 0.3)) for x in (-1.0, -0.4, 0.2, 0.8)]
+    lamps = tuple(lamp(y, 0.4, (y, 1.0, 5.0 - y)) for y in (2.0, 2.5, 3.0, 3.5))
+    made = scene(floor(), *boxes, lights=lamps, size=(16, 12))
+    images = [mitsuba_images(made, 4, [1], sampler="independent", timeout=60) for _ in range(8)]
+    assert all(np.array_equal(image, images[0]) for image in images)

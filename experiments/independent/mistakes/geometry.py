@@ -38,6 +38,8 @@ def _turned(change: Step) -> Step:
 
     def step(world: World, o: Floats, d: Floats) -> Hits:
         hits = trace(world, o, d)
+        if not len(world.balls):
+            return hits
         on = hits.surface == len(world.triangles)
         return replace(hits, normal=np.where(on, change(world, hits), hits.normal))
 
@@ -62,8 +64,8 @@ def _bumps(world: World, hits: Hits) -> Floats:
 
 def _less(world: World) -> World:
     """Without half of the box's top."""
-    materials = np.delete(world.triangle_material, 10)
-    return replace(world, triangles=np.delete(world.triangles, 10, axis=0), triangle_material=materials)
+    kept = np.arange(len(world.triangles)) != 10
+    return replace(world, triangles=world.triangles[kept], triangle_material=world.triangle_material[kept])
 
 
 GEOMETRY = (

@@ -65,7 +65,8 @@ def _stratum(taken: int, sampled: int) -> Step:
 
     def step(batch: Batch, samples: int, strata: bool) -> tuple[Floats, Floats]:
         u, v = places(batch, samples, strata)
-        u[:, taken], v[:, taken] = u[:, sampled], v[:, sampled]
+        if samples > sampled:
+            u[:, taken], v[:, taken] = u[:, sampled], v[:, sampled]
         return u, v
 
     return step

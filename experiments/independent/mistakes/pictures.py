@@ -62,7 +62,7 @@ def _repeated(image: Floats) -> Floats:
     """A 16 x 16 tile shows its neighbour."""
     image = image.copy()
     y, x = int(0.7 * image.shape[1]), int(0.3 * image.shape[2])
-    image[:, y : y + 16, x : x + 16] = image[:, y : y + 16, x + 16 : x + 32]
+    image[:, y : y + 16, x : x + 16] = np.roll(image, -16, axis=2)[:, y : y + 16, x : x + 16]
     return image
 
 

@@ -12,6 +12,9 @@ from nusselt.experiments.independent.world import Bools, Floats
 
 from .mistake import Mistake, Step
 
+TILE = 32
+"""Pixels a side of the largest, which may be larger than an image."""
+
 
 def _by(number: Step) -> Step:
     """The step `places` that gives pixels of the same number(batch) the same points."""
@@ -19,7 +22,7 @@ def _by(number: Step) -> Step:
     def step(batch: Batch, samples: int, strata: bool) -> tuple[Floats, Floats]:
         numbers = np.asarray(number(batch)) + 0 * batch.x
         rng = np.random.default_rng([batch.seed, 3, batch.light])
-        every = replace(batch, x=np.arange(batch.shape[0] * batch.shape[1]), rng=rng)
+        every = replace(batch, x=np.arange(max(batch.shape[0] * batch.shape[1], TILE * TILE)), rng=rng)
         u, v = places(every, samples, strata)
         return u[numbers], v[numbers]
 
@@ -109,7 +112,7 @@ SAMPLING = (
         "every tile of 32 x 32 pixels has the same",
         "ball",
         "places",
-        _by(lambda batch: batch.y % 32 * 32 + batch.x % 32),
+        _by(lambda batch: batch.y % TILE * TILE + batch.x % TILE),
     ),
     Mistake("seed ignored", "every image has the same random numbers", "ball", "seed", lambda seed: 0),
     Mistake("same number for all samples", "one point on the light a pixel", "ball", "places", _one_sample),

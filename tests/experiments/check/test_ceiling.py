@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,11 +12,13 @@ from builders import GREY, floor, lamp, scene
 from nusselt.experiments.check.ceiling import sample_ceilings
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences
+from nusselt.experiments.external.against import in_common
 from nusselt.experiments.external.judge import External, Judging, judge_images
 from nusselt.experiments.verdict.level import Level
 from nusselt.renderer.estimators import Area
 from nusselt.renderer.image import render
 from nusselt.renderer.lights import QuadLight, TriangleLight
+from nusselt.renderer.scene import Camera
 from nusselt.renderer.surfaces import Material, Mesh
 
 POLISHED = Material((0.1, 0.1, 0.1), (0.5, 0.5, 0.5), 1e5)
@@ -38,6 +41,19 @@ def test_no_sample_of_a_sharp_lobe_brings_more(light):
     largest = np.max([render(shiny, Area(samples=1), seed=seed).mean.mean(axis=0) for seed in range(400)], axis=0)
     assert (largest <= ceiling + 1e-12).all()
     assert ceiling.max() > 100  # where the lamp is mirrored: met by one sample in thousands
+
+
+def test_the_brightest_point_is_found_where_the_lobe_points_away_from_the_light():
+    """Upright, 200 wide, seen in a lobe from its side: between its foot, where n.d is 0, and where m.d is 0."""
+    wide = QuadLight((-98.5, -17.8, -3.0), (195.7, 40.8, -4.6), (17.2, -87.5, -45.2), (1.0, 1.0, 1.0))
+    corners = np.array([(-8.7, 1.9, -6.9), (7.0, 5.1, -7.3), (8.8, -1.9, 7.0)]).T
+    slope = Mesh(corners, np.array([[0], [1], [2]]), Material((0.0, 0.0, 0.0), (0.125, 0.5, 0.25), 7.3))
+    camera = Camera((-2.4, -4.3, -8.0), (0.8, -0.6, 0.2), (0.2, -0.9, -0.5), 63.0)
+    shown = scene(slope, lights=(wide,), camera=camera, size=(12, 12))
+    largest = np.max([render(shown, Area(samples=1), seed=seed).mean.mean(axis=0) for seed in range(2000)], axis=0)
+    ceiling = sample_ceilings(shown)[0]
+    assert (largest <= ceiling).all()
+    assert np.divide(largest, ceiling, out=0 * ceiling, where=ceiling > 0).max() > 0.25  # and no vast one
 
 
 def test_the_brightest_point_of_a_vast_light_is_found_above_each_place():
@@ -73,3 +89,18 @@ def test_places_in_the_plane_of_a_light_and_beside_it_raise_no_warning(y):
     upright = QuadLight((-1.0, 0.0, -1.0), (0.0, 0.0, 2.0), (0.0, 2.0, 0.0), (1.0, 1.0, 1.0))
     for light in (lamp(y), upright, TriangleLight((0.0, y, 0.0), (1.0, y, 0.0), (0.0, y, 1.0), (1.0, 1.0, 1.0))):
         assert np.isfinite(sample_ceilings(SCENE.with_(lights=(light,), width=25))).all()
+
+
+@pytest.mark.parametrize("rare", [True, False])
+def test_images_that_all_miss_what_is_rare_are_not_alike(rare):
+    """Of one pixel that one in fifty samples of its largest makes; where it is not rare they are."""
+    expected, supposed, grain = np.ones((3, 12, 16)), np.full((12, 16), 0.05**2), np.full((12, 16), 0.05)
+    seen = expected + 0.025 * np.random.default_rng(1).normal(size=(3, 12, 16))
+    expected[:, 5, 6], seen[:, 5, 6], supposed[5, 6], grain[5, 6] = 5.0, 0.0, 20.0, 250.0 if rare else 0.05
+    everywhere = np.ones((12, 16), dtype=bool)
+    image = SimpleNamespace(
+        mean=seen, shaded=everywhere, unjudged=~everywhere, pixel_variance=np.full((12, 16), 0.05**2)
+    )
+    reference = SimpleNamespace(mean=expected, pixel_standard_error=0 * supposed)
+    sides = SimpleNamespace(images=4, factor=0.03, image=image, reference=reference, supposed=supposed)
+    assert in_common(sides, SimpleNamespace(sampled=everywhere, grain=grain)) is not rare

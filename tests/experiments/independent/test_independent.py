@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from builders import GREY, floor, lamp, scene
 
 from nusselt.experiments.independent.mistakes import MISTAKES
 from nusselt.experiments.independent.plain_scenes import PLAIN
@@ -19,10 +20,13 @@ from nusselt.experiments.scenes.catalogue import CLASSIC
 from nusselt.experiments.studies.brought_images import scene_named, text_of
 from nusselt.renderer.estimators import Exact
 from nusselt.renderer.image import render as ours
+from nusselt.renderer.scene_text import write_scene
+from nusselt.renderer.surfaces import Ellipsoid
 
 FOLDER = Path(__file__).resolve().parents[3] / "experiments" / "independent"
 WIDTH = 24
 TURNS = 16
+BALL = Ellipsoid.sphere((0.3, 0.6, 0.2), 0.6, GREY)
 SURE = 6.5
 """Standard errors, with 15 degrees of freedom: exceeded with a probability of 1e-5; of a normal mean 1e-10."""
 
@@ -112,6 +116,15 @@ def test_mistakes_have_names_scenes_and_steps_of_their_own():
         assert mistake.hook in steps
         assert mistake.says
         assert mistake.scene in (*CLASSIC, *PLAIN)
+
+
+@pytest.mark.parametrize(("meshes", "balls"), [((floor(),), ()), ((), (BALL,))], ids=["no ball", "no triangle"])
+def test_every_mistake_can_be_made_in_scenes_without_what_it_is_about(meshes, balls):
+    """Relations take things out; images may be smaller than a tile."""
+    text = write_scene(scene(*meshes, ellipsoids=balls, lights=(lamp(),), size=(9, 7)))
+    for mistake in MISTAKES:
+        with np.errstate(all="ignore"):  # mistakes divide by what they like
+            assert render(text, 9, Options(4, mistake.strata, seed=3), mistake.steps).shape == (7, 9, 3)
 
 
 @pytest.mark.slow
