@@ -8,7 +8,7 @@ import numpy as np
 
 from nusselt.renderer.vectors import Bools, Floats
 
-SQUARES = 1024
+SQUARES = 512
 """Squares, of those that err most, that may spend what all may."""
 CAREFUL = 2.0
 """How much less than differences allow is believed where one point was tried."""

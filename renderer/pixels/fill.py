@@ -87,7 +87,7 @@ def fill(
         plan = work.planned(step)
         values = work.ask(step, plan.trials)
         if budget is None:
-            budget = Budget.of(allowed(values), int((~work.known).sum()) + parts.pieces.cell.size)
+            budget = Budget.of(allowed(values), int(np.count_nonzero(~work.known)) + parts.pieces.cell.size)
         kept = budget.left * (0.5 if step > 2 else 0)
         budget.left -= kept
         work.fill(plan, budget)
