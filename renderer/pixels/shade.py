@@ -75,7 +75,8 @@ def unshadowed(regions: Regions, needs: Needs, x: Floats, y: Floats, region: Int
     def free(points: ShadingPoints, source: Source) -> Floats:
         return without_shadows(points, replace(source, light=source.light.without_rim()))
 
-    return reflected(regions.points(x, y, region).as_exact_as(tolerance), needs, free)
+    points = regions.points(x, y, region).as_exact_as(tolerance)
+    return reflected(points, needs, free, np.zeros((3, 0)))  # what blocks it has no say
 
 
 @dataclass(frozen=True)
