@@ -1,4 +1,4 @@
-"""The state of filling an image: what is known, what is held back, what is tried."""
+"""The state of filling an image: what is known, what is planned, what is tried."""
 
 from __future__ import annotations
 

@@ -136,7 +136,8 @@ def _assemble(
         _add(mean, pixel, palette.radiance(light, surface_of(region, regions.surfaces)))
     shines: Bools = np.asarray(palette.seen.any(axis=0))
     lit, cut = np.flatnonzero(np.take(shines, surface)), np.flatnonzero(shines[split])
-    mean[:, lit] += palette.seen[:, surface[lit]]
+    for out, seen in zip(mean, palette.seen, strict=True):
+        out[lit] += seen[surface[lit]]
     _add(mean, pieces.cell[cut], pieces.area[cut] * palette.seen[:, split[cut]])
 
     def share(kind: Bools) -> Floats:
