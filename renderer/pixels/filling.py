@@ -113,7 +113,8 @@ class Filling:
         """
         row, column = np.nonzero(~self.known[::step, ::step])
         width = self.region.shape[1]
-        place, piece = row * step * width + column * step, np.flatnonzero(np.isnan(self.piece[0]) & (step == 1))
+        place: Ints = row * step * width + column * step
+        piece: Ints = np.flatnonzero(np.isnan(self.piece[0]) & (step == 1))
         if trials:
             place, piece = np.append(place, trials.row * width + trials.column), trials.piece
         r, c = np.divmod(place, width)
