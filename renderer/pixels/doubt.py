@@ -91,16 +91,19 @@ def doubtful(
     found = np.zeros(x.size, dtype=bool)
     if not sources or x.size == 0:
         return found
-    blocked = [source.light for source in sources if not source.blockers.none]
     order = np.lexsort((region, x // (4 * size), y // (4 * size), x // NEAR, y // NEAR))
     sizes = np.broadcast_to(size, x.shape)[order]
-    parts = footprints(regions, x[order], y[order], region[order], sizes)
+    found[order] = doubted(regions, sources, footprints(regions, x[order], y[order], region[order], sizes))
+    return found
+
+
+def doubted(regions: Regions, sources: tuple[Source, ...], parts: Footprints) -> NDArray[np.bool_]:
+    """Which footprints (n,) may hold a shadow, or a light's rim; those that follow each other should lie together."""
+    found = np.zeros(parts.radius.size, dtype=bool)
     for source in sources:
-        found[order] |= source.light.rim_within(parts.position, parts.radius)
-    if not blocked:
-        return found
-    for light in blocked:
-        found[order] |= in_doubt(parts, light, *_edges(regions, light))
+        found |= source.light.rim_within(parts.position, parts.radius)
+        if not source.blockers.none:
+            found |= in_doubt(parts, source.light, *_edges(regions, source.light))
     return found
 
 

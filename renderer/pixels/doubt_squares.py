@@ -10,7 +10,7 @@ import numpy as np
 from nusselt.renderer.needs import Source
 from nusselt.renderer.vectors import Bools, Floats, Ints, dot
 
-from .doubt import doubtful, footprints, sizes
+from .doubt import Footprints, doubted, doubtful, footprints, sizes
 from .moments import Pieces
 from .regions import Regions
 
@@ -85,24 +85,21 @@ def _in_groups(regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floa
     across, down = middle
     found = _steep(regions, across, down, kind, half, whole) | (count[here] < FEWEST)
     some = np.flatnonzero(~found)
-    across, down, kind, size = across[some], down[some], kind[some], 2 * AROUND * (half[some] + 0.5)
-    found[some] = _close(regions, sources, across, down, kind, size)
-    found[some] |= doubtful(regions, sources, across, down, kind, size)
+    parts = footprints(regions, across[some], down[some], kind[some], 2 * AROUND * (half[some] + 0.5))
+    found[some] = parts.radius >= sizes(regions)[kind[some] % regions.surfaces]
+    found[some] |= _close(sources, parts) | doubted(regions, sources, parts)
     doubt = np.zeros(count.size, dtype=bool)
     doubt[here] = found
     return doubt[group]
 
 
-def _close(regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats, region: Ints, size: Floats) -> Bools:
-    """Whether what is ``size`` (n,) pixels wide about image points (n,) is near a light for its own size, or no smaller
-    than its surface.
-    """
-    parts = footprints(regions, x, y, region, size)
-    close = parts.radius >= sizes(regions)[region % regions.surfaces]
+def _close(sources: tuple[Source, ...], parts: Footprints) -> Bools:
+    """Which footprints (n,) are near a light for their own size."""
+    close = np.zeros(parts.radius.size, dtype=bool)
     for light in (source.light for source in sources if not source.light.at_infinity):
         to = light.middle()[0] - parts.position
         close |= parts.radius > STEEP * np.sqrt(dot(to, to))
-    return np.asarray(close)
+    return close
 
 
 def _steep(regions: Regions, x: Floats, y: Floats, region: Ints, half: Floats, whole: Bools) -> Bools:
