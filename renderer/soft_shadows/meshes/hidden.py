@@ -32,7 +32,7 @@ NEARER = (1.0, 2.0**-8, 2.0**-16, 2.0**-24, 0.0)
 PAIRS = 1 << 19
 """Edge-point pairs looked at at once."""
 
-ROUGH = ((3e-3, 0, 8), (9e-4, 1 << 16, 4))
+ROUGH = ((3e-3, 0, 8), (9e-4, 1 << 15, 4))
 """From which tolerance of an image and for how many edges, which make strips narrow, so many strips of overlapping
 layers are merged: the tolerance is twenty times what that changes."""
 
