@@ -101,7 +101,7 @@ class Frames:
         x, y, *light = self.places
         row, across = np.divmod(pixel, scene.width)
         view: View = look(scene, geometry, (across + x[:, None]).ravel(), (row + y[:, None]).ravel())
-        found = np.vstack((view.emission, view.emitter, view.background))
+        found: Floats = np.vstack((view.emission, view.emitter, view.background)).astype(np.float64)
         points, of = view.points.as_exact_as(self.tolerance), view.lit // pixel.size
         found[:3, view.lit] += reflected(points, needs, partial(_share, light=np.array(light), of=of))
         return np.asarray(found.reshape(5, REPLICAS, -1, pixel.size).sum(axis=2).swapaxes(0, 1))
