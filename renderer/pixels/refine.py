@@ -43,8 +43,6 @@ Doubt = Callable[[Floats, Floats, Ints, float], NDArray[np.bool_]]
 """From image points (n,), their regions and a width in pixels to where a shadow fits in that (see `doubt`)."""
 UNSEEN = 0.25
 """Of the unshadowed radiance, that a shadow which fits in a pixel may be worth."""
-KEPT = 0.75
-"""Of what is allowed, for items that are not refined; the refined ones' estimates take the rest."""
 GRIDS = (1, 2, 4, 8, 16)
 """Cells in a pixel's side, level by level."""
 
@@ -155,10 +153,10 @@ def refine(
     if jumps:
         items.estimate *= 2
         items.lost[:] = 0
-    chosen = distinct(np.append(_worst(items, KEPT * budget), np.flatnonzero(items.dark)))
+    chosen = distinct(np.append(_worst(items, budget / 2), np.flatnonzero(items.dark)))
     while chosen.size:
         _evaluate(items, chosen, edges, regions, shade, rule, doubt)
-        chosen = _worst(items, KEPT * budget) if _left(items) > budget else chosen[:0]
+        chosen = _worst(items, budget / 2) if _left(items) > budget else chosen[:0]
     return _left(items)
 
 
