@@ -14,7 +14,7 @@ from .vectors import Floats, Ints
 Result = TypeVar("Result")
 STRIP = 16
 """Rows of pixels that are sorted as one: what is near shares its blockers."""
-LARGEST = 4096
+LARGEST = 8192
 """Points in a piece, at most."""
 
 

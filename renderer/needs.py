@@ -41,7 +41,7 @@ class LeftOut:
     why: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Source:
     """A light, and what stands in its way.
 
@@ -87,7 +87,7 @@ class Source:
         return replace(self, blockers=self.blockers.between(points, self.light.hull(), self.light.at_infinity))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Needs:
     """The findings.
 

@@ -16,11 +16,17 @@ Rule: TypeAlias = Callable[[ShadingPoints, Source], Floats]
 """Reflected radiance (3, n) of points due to one source."""
 
 
-def reflected(points: ShadingPoints, needs: Needs, rule: Rule) -> Floats:
-    """Reflected radiance (3, n), W m^-2 sr^-1: a rule's shares of all sources, each with what may block it here."""
+def reflected(points: ShadingPoints, needs: Needs, rule: Rule, around: Floats | None = None) -> Floats:
+    """Reflected radiance (3, n), W m^-2 sr^-1: a rule's shares of all sources, each with what may block it here.
+
+    Parameters
+    ----------
+    around : (3, m) float64, optional
+        Whose convex hull holds all points, if they are not to be looked at one by one for that.
+    """
     out = np.zeros((3, points.count))
     for source in needs.sources:
-        out += rule(points, source.seen_from(points.position))
+        out += rule(points, source.seen_from(points.position if around is None else around))
     return out
 
 

@@ -24,7 +24,7 @@ def column(v: ArrayLike) -> Floats:
 
 def chosen(v: Floats, index: Ints) -> Floats:
     """The columns ``index`` (k,), ascending, of vectors (3, n), or the one (3, 1) that stands for all."""
-    return v if v.shape[1] in (1, index.size) else v[:, index]
+    return v if v.shape[1] in (1, index.size) else v.take(index, axis=1)
 
 
 def distinct(values: Ints) -> Ints:

@@ -19,6 +19,7 @@ from nusselt.experiments.check.question import Question, number_within
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.check.request import SizedReading, mode_of
 from nusselt.experiments.check.sequential import check_until
+from nusselt.experiments.console import console, say, say_command
 from nusselt.experiments.external.judge import External
 from nusselt.experiments.files import folder_name
 from nusselt.experiments.images.read import is_image
@@ -27,7 +28,7 @@ from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.pictures import write_pictures
 from nusselt.experiments.results.rows import title
 from nusselt.experiments.results.schema import Row
-from nusselt.experiments.results.tables import closing, console, left_out_table, say, say_command, verdict_table
+from nusselt.experiments.results.tables import closing, left_out_table, verdict_table
 from nusselt.experiments.scenes import catalogue
 from nusselt.experiments.scenes.catalogue import Asked
 from nusselt.experiments.terminal.options import (

@@ -12,6 +12,7 @@ import click
 
 from nusselt.experiments.check.question import PixelRule
 from nusselt.experiments.check.request import Reading
+from nusselt.experiments.console import console, say
 from nusselt.experiments.external.program import Program, ProgramFailed
 from nusselt.experiments.images.read import is_image
 from nusselt.experiments.peers.clusters import headline
@@ -25,7 +26,6 @@ from nusselt.experiments.peers.task import Brought, Task, run_cross
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.store import Store
-from nusselt.experiments.results.tables import console, say
 from nusselt.experiments.scenes.sizes import at_width
 from nusselt.experiments.terminal.group import stop
 from nusselt.experiments.terminal.options import Output, output_options, reading_options, seed_option, together

@@ -6,9 +6,9 @@ import sys
 
 import click
 
+from nusselt.experiments.console import console
 from nusselt.experiments.results.document import machine, package_versions
 from nusselt.experiments.results.status import EXIT
-from nusselt.experiments.results.tables import console
 from nusselt.mitsuba_bridge.llvm import backend_report
 
 

@@ -11,6 +11,7 @@ import click
 from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.check.request import SizedReading
+from nusselt.experiments.console import console, say
 from nusselt.experiments.external.comparison import Comparison
 from nusselt.experiments.external.judge import External, Judging, judge_images, judge_renderer
 from nusselt.experiments.external.pictures import write_comparison
@@ -22,7 +23,7 @@ from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.status import EXIT
-from nusselt.experiments.results.tables import closing, console, say
+from nusselt.experiments.results.tables import closing
 from nusselt.experiments.terminal.options import Exports, Output
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.workers import PATIENCE, worker_pool

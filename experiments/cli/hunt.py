@@ -11,6 +11,7 @@ from pathlib import Path
 
 import click
 
+from nusselt.experiments.check.question import PixelRule
 from nusselt.experiments.hunt.hunt import Hunt, Question
 from nusselt.experiments.hunt.page import headline, lines, scene_file, write_page
 from nusselt.experiments.hunt.scenes import EXTREMES, NAMES
@@ -30,7 +31,7 @@ from .made import OPTIONS, Made
 from .reduce import again
 from .rerun import said_words
 
-ELSEWHERE = ("scenes", "out", "minutes", "cannot", "also", "blind", "estimator", "width", "samples", "margin")
+ELSEWHERE = ("scenes", "out", "minutes", "cannot", "also", "blind", "estimator", "width", "samples", "margin", "rule")
 """Of which a cause's own command says nothing: its scene does."""
 
 
@@ -39,6 +40,9 @@ ELSEWHERE = ("scenes", "out", "minutes", "cannot", "also", "blind", "estimator",
 @click.option("--scenes", type=click.IntRange(1, 1_000_000), default=100, show_default=True, help="How many.")
 @click.option("--minutes", type=click.FloatRange(0, min_open=True), default=math.inf, help="In all, at most.")
 @click.option("--out", type=Place(folder=True), required=True, metavar="FOLDER", help="The page, and scenes as files.")
+@click.option(
+    "--pixel-rule", "rule", type=click.Choice(["centre", "area"]), help="What pixels show.  [default: centre, a peer's]"
+)
 @click.option("--cannot", type=click.Choice(NAMES), multiple=True, help="What the renderer does not know.")
 @click.option("--also", type=click.Choice(EXTREMES), multiple=True, help="Scenes that single precision cannot show.")
 @click.option("--blind", is_flag=True, help="All images first, and their number told; only then the exact ones.")
@@ -57,6 +61,7 @@ def command(
     minutes: float,
     out: Path,
     scenes: int,
+    rule: PixelRule | None,
     cannot: tuple[str, ...],
     also: tuple[str, ...],
     blind: bool,
@@ -76,7 +81,8 @@ def command(
     if peer:
         samples, cannot = made.samples or peer.samples, tuple(dict.fromkeys((*cannot, *peer.cannot)))
         click.echo(f"{peer.peer.title}: surfaces of two sides, without {', '.join(cannot)}", err=True)
-    question = Question(asking, scenes, size, samples, cannot, also, blind, two_sided=peer is not None)
+    rule = rule or (peer.peer.rule if peer else "centre")
+    question = Question(asking, scenes, size, samples, cannot, also, blind, peer is not None, rule)
     said, share, verdicts = said_words(context, ELSEWHERE), 60 * minutes / len(makers), set[str]()
     for maker in makers:
         hunt = Hunt(question, maker.source, out / str(maker.estimator) if len(makers) > 1 else out)
@@ -105,6 +111,7 @@ def _shows(made: Made, words: list[str], hunt: Hunt, number: int) -> str:
         return again([*words, *margin, *(["--two-sided"] if hunt.question.two_sided else [])], manner, name)
     if isinstance(hunt.source, PeerSource):
         return shlex.join(["nusselt", "cross", name, "--peers", hunt.source.name, "--two-sided", *margin])
+    margin += ["--pixel-rule", "area"] if hunt.question.rule == "area" else []
     who = ["--estimator", made.estimator or "exact"]
     if made.renderer not in (None, MITSUBA):
         who = ["--renderer", str(made.renderer), "--image-type", made.image_type, "--steps", "1"]

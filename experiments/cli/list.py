@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from nusselt.experiments.results.tables import console
+from nusselt.experiments.console import console
 from nusselt.experiments.scenes import catalogue
 from nusselt.experiments.scenes.procedural import GENERATED
 from nusselt.experiments.studies.suite import EXPERIMENTS

@@ -9,6 +9,7 @@ import sys
 import click
 
 from nusselt.experiments.check.request import Reading
+from nusselt.experiments.console import console, say
 from nusselt.experiments.external.program import ProgramFailed
 from nusselt.experiments.metamorphic.ask import Asking, ask
 from nusselt.experiments.metamorphic.relation import Relation
@@ -16,7 +17,6 @@ from nusselt.experiments.metamorphic.table import relation_table, sentences
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
 from nusselt.experiments.results.status import EXIT
-from nusselt.experiments.results.tables import console, say
 from nusselt.experiments.terminal.group import stop
 from nusselt.experiments.terminal.options import (
     Exports,

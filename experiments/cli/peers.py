@@ -7,12 +7,12 @@ from pathlib import Path
 
 import click
 
+from nusselt.experiments.console import console
 from nusselt.experiments.external.program import ProgramFailed
 from nusselt.experiments.peers.environment import Environments, InstallFailed, default_folder
 from nusselt.experiments.peers.renderer import prove
 from nusselt.experiments.peers.renderers import PEERS, peer_of
 from nusselt.experiments.peers.tables import peers_table
-from nusselt.experiments.results.tables import console
 from nusselt.experiments.terminal.group import Group, stop
 
 environments_option = click.option(

@@ -10,10 +10,10 @@ import click
 
 from nusselt.experiments.check.question import MOST_SAMPLES
 from nusselt.experiments.check.request import Reading
+from nusselt.experiments.console import console, say
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.summary import VERDICTS
-from nusselt.experiments.results.tables import console, say
 from nusselt.experiments.sensors.question import SensorQuestion
 from nusselt.experiments.sensors.rows import read
 from nusselt.experiments.sensors.table import sensor_table

@@ -15,9 +15,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from nusselt.experiments.console import console, say
 from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.status import EXIT
-from nusselt.experiments.results.tables import console, say
 from nusselt.experiments.runs.experiment import Settings
 from nusselt.experiments.runs.run import Request, run_one
 from nusselt.experiments.studies.stability.study import STABILITY, file_jobs

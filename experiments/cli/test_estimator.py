@@ -15,9 +15,9 @@ from nusselt.experiments.check.question import Question
 from nusselt.experiments.check.references import KeptReferences
 from nusselt.experiments.conformance.scenes import DULL, shadow_scene
 from nusselt.experiments.conformance.trials import PASSES, SAMPLES, TRIALS, Outcome, error_against_time, run_trial
+from nusselt.experiments.console import console
 from nusselt.experiments.results.document import document, write_json
 from nusselt.experiments.results.status import EXIT
-from nusselt.experiments.results.tables import console
 from nusselt.experiments.terminal.options import json_option, seed_option
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.verdict.level import Level

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from skimage.metrics import structural_similarity
 
+from nusselt.experiments.images.distance import Pair, flip
 from nusselt.experiments.images.formats.png import to_levels
 from nusselt.experiments.verdict.quantiles import normal_quantile
 from nusselt.mitsuba_bridge.reference import Reference
@@ -16,6 +17,8 @@ LEVELS = 1.0
 """Mean absolute difference of two 8-bit pictures that is let pass."""
 SIMILAR, WINDOW = 0.95, 7
 """Least structural similarity that is let pass, and the side of its window in pixels."""
+PERCEIVED = 0.05
+"""Mean FLIP that is let pass."""
 SIGNIFICANCE = 0.01
 CHANGED, FEW = 4, 0.01
 """Levels by which a pixel is changed, and the share of pixels that may be."""
@@ -43,6 +46,12 @@ def structure_differs(ours: Image, reference: Reference) -> bool:
         return False
     pictures = to_levels(ours.first), to_levels(reference.mean)
     return bool(structural_similarity(*pictures, channel_axis=0, win_size=window) < SIMILAR)
+
+
+def perceived(ours: Image, reference: Reference) -> bool | None:
+    """Whether the mean FLIP of two 8-bit PNGs is above what is let pass; None where its package is not there."""
+    told = flip(Pair(to_levels(ours.first)[None] / 255, to_levels(reference.mean)[None] / 255, levels=True))
+    return None if told is None else told[0] > PERCEIVED
 
 
 def pixels_differ(ours: Image, reference: Reference, samples: int, passes: int) -> bool:

@@ -9,8 +9,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from nusselt.experiments.console import say, say_command
 from nusselt.experiments.results.rows import method
-from nusselt.experiments.results.tables import COLOURS, say, say_command
+from nusselt.experiments.results.tables import COLOURS
 
 FOUND = {
     "bias": "a bias of {}",

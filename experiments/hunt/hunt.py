@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from nusselt.experiments.check.check import Progress
+from nusselt.experiments.check.question import PixelRule
 from nusselt.experiments.files import replacing
 from nusselt.experiments.metamorphic.ask import Asking
 from nusselt.experiments.metamorphic.sources import Source
@@ -34,7 +35,8 @@ class Question:
     """What is hunted for.
 
     ``asking.alpha`` is the chance that a right renderer is called wrong by any of the ``scenes``, of ``size`` pixels a
-    side and ``samples`` a light; ``cannot``, ``also`` and ``two_sided`` as in `drawn`; ``blind``: all images first.
+    side and ``samples`` a light; ``cannot``, ``also``, ``two_sided`` and ``rule`` as in `drawn`; ``blind``: all images
+    first.
     """
 
     asking: Asking
@@ -45,6 +47,7 @@ class Question:
     also: tuple[str, ...] = ()
     blind: bool = False
     two_sided: bool = False
+    rule: PixelRule = "centre"
 
 
 @dataclass
@@ -77,7 +80,7 @@ class Hunt:
         collect = (time.monotonic() + until) / 2 if asked.blind else until
         waiting: list[tuple[Trial, Shots]] = []
         size = asked.size, asked.size
-        scenes = drawn(asked.asking.seed, size, asked.samples, asked.cannot, asked.also, asked.two_sided)
+        scenes = drawn(asked.asking.seed, size, asked.samples, asked.cannot, asked.also, asked.two_sided, asked.rule)
         for number, scene in enumerate(islice(scenes, asked.scenes)):
             if time.monotonic() > collect:
                 break

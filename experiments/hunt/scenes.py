@@ -8,6 +8,7 @@ from itertools import count
 
 import numpy as np
 
+from nusselt.experiments.check.question import PixelRule, with_pixel_rule
 from nusselt.experiments.search.colours import recoloured
 from nusselt.experiments.search.examine import stream
 from nusselt.experiments.search.generator import KINDS, random_scene
@@ -128,6 +129,7 @@ def drawn(
     cannot: Sequence[str],
     also: Sequence[str],
     two_sided: bool = False,
+    rule: PixelRule = "centre",
 ) -> Iterator[Scene]:
     """Scenes without end, the same ones for the same arguments; dark ones, by four samples of ours, are left out.
 
@@ -141,6 +143,8 @@ def drawn(
         Of `NAMES` and of `EXTREMES`.
     two_sided : bool
         Whether surfaces reflect on their backs.
+    rule : {"centre", "area"}
+        What a pixel shows.
     """
     kinds, last = [kind for kind in KINDS if TIES in also or kind not in THIN], 0
     for number in count():
@@ -150,7 +154,7 @@ def drawn(
         if FAR not in also and (made.kind == "far" or made.placed not in NEAR):
             continue
         size = {"width": shape[0], "height": shape[1], "light_samples": samples, "stratify": True}
-        scene = made.scene.with_(**size, two_sided=two_sided)
+        scene = with_pixel_rule(made.scene.with_(**size, two_sided=two_sided), rule)
         for one in INGREDIENTS:
             scene = one.without(scene) if one.name in cannot else scene
         if TIES not in also:

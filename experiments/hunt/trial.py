@@ -127,7 +127,13 @@ class Trial:
 
     def _beside_exact(self, shots: Shots) -> tuple[str, Failing | None]:
         asked, images = self.asking, [each[0].transpose(1, 2, 0).astype(float) for each in shots.passes]
-        question = Question(estimator="area", margin=asked.margin, seed=asked.seed, level=Level(asked.alpha, self.rows))
+        question = Question(
+            estimator="area",
+            margin=asked.margin,
+            seed=asked.seed,
+            pixel_rule="area" if self.scene.spp > 1 else None,
+            level=Level(asked.alpha, self.rows),
+        )
         judging = Judging(question, External(), "", KeptReferences(None, None), diagnose=False)
         found = judge_images(self.scene, images, judging)
         if found.row["verdict"] != "differs":

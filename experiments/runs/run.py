@@ -11,6 +11,7 @@ from typing import Any
 
 from rich.console import Console, RenderableType
 
+from nusselt.experiments.console import console, say, say_command
 from nusselt.experiments.files import replacing
 from nusselt.experiments.results.document import document, exit_code, write_json
 from nusselt.experiments.results.exports import write_exports
@@ -21,7 +22,7 @@ from nusselt.experiments.results.schema import Row
 from nusselt.experiments.results.store import Store
 from nusselt.experiments.results.study_tables import single, table
 from nusselt.experiments.results.summary import headline
-from nusselt.experiments.results.tables import NAMED, console, say, say_command, verdict_table
+from nusselt.experiments.results.tables import NAMED, verdict_table
 from nusselt.experiments.terminal.progress import progress_bar
 from nusselt.experiments.verdict.level import Level
 from nusselt.experiments.workers import worker_pool

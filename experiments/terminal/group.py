@@ -109,7 +109,7 @@ def as_written(error: InputError, command: click.Command) -> InputError:
 
 def stop(message: str, status: int) -> NoReturn:
     """One line on standard error, and out."""
-    from nusselt.experiments.results.tables import console, say  # takes a while, which nothing else here does
+    from nusselt.experiments.console import console, say  # takes a while, which nothing else here does
 
     say(console(stderr=True), f"nusselt: {message}")
     sys.exit(status)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from nusselt.experiments.results.tables import say
+from nusselt.experiments.console import say
 
 ERRORS = Console(stderr=True, highlight=False)
 Report = Callable[[str, int, int], None]

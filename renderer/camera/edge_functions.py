@@ -19,11 +19,13 @@ from nusselt.renderer.watertight import edge_functions, one_norm
 
 from .nearest import Nearest, Planes, Standing, precedence, standing_before
 
-BLOCK = 1 << 15
-"""Triangle-ray pairs handled at once: bounds the memory, and fits the cache."""
+BLOCK = 1 << 14
+"""Triangle-ray pairs handled at once: they fit the cache, and are too few for a BLAS to bring its own threads along,
+which stand in each other's way when all cores are busy.
+"""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pencil:
     """All triangles about one origin, as rows that are linear in the direction.
 
@@ -76,21 +78,23 @@ class Pencil:
     def nearest(self, d: Floats, chosen: Ints) -> tuple[Floats, Ints]:
         """One over the distance to what is seen of the chosen triangles along each direction, and which it is.
 
-        0 and -1 where there is none; where several tie see `nearest`. All functions are rows of one product, by einsum:
-        a BLAS brings its own threads along, which stand in each other's way when all cores are busy.
+        0 and -1 where there is none; where several tie see `nearest`. All functions are rows of one product.
         """
         found, n, size = Nearest(d), d.shape[1], float(one_norm(d).max(initial=0))
-        step = max(1, BLOCK // max(n, 1))
-        for start in range(0, chosen.size, step):
-            block = chosen[start : start + step]
-            w = np.einsum("rck,cn->rkn", self.rows[..., block], d)  # (4, block, n)
-            inside = w[3] > 0
-            for edge in (0, 1, 2):
-                inside &= w[edge] >= -size * self.slack[edge, block, None]
-            pairs = np.flatnonzero(inside)
-            if pairs.size:
-                k, ray = np.divmod(pairs, n)
-                found.meet(self.planes, take(block, k), ray, None)
+        for first in range(0, n, BLOCK):
+            some = d[:, first : first + BLOCK]
+            step, hits = BLOCK // some.shape[1], []
+            for start in range(0, chosen.size, step):
+                block = chosen[start : start + step]
+                rows = np.moveaxis(self.rows[..., block], 1, 2).reshape(-1, 3)
+                w = (rows @ some).reshape(4, block.size, -1)
+                inside = w[3] > 0
+                for edge in (0, 1, 2):
+                    inside &= w[edge] >= -size * self.slack[edge, block, None]
+                hits.append(start * some.shape[1] + np.flatnonzero(inside))
+            k, ray = np.divmod(np.concatenate([np.empty(0, dtype=np.int64), *hits]), some.shape[1])
+            if ray.size:
+                found.meet(self.planes, take(chosen, k), first + ray, None)
         near, which, _ = found.seen(self.order, self.standing)
         return near, which
 

@@ -20,7 +20,7 @@ from .nearest import Planes
 from .screen_boxes import ImageBoxes, kept_boxes
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Hits:
     """The nearest hits of n rays.
 

@@ -28,7 +28,7 @@ MANY = 1 << 20
 """Hits kept before those are let go that cannot be seen any more: bounds the memory."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Planes:
     """Planes of triangles about one origin.
 
@@ -158,7 +158,8 @@ class Nearest:
     def _first(self, ray: Ints, name: Ints, order: Ints, standing: Standing) -> Ints:
         """Which of tied hits (m,) are seen, one a ray."""
         rank, winner = take(order, name), np.full(self.sure.size, -1)
-        left = np.arange(ray.size)
+        winner[ray] = np.arange(ray.size)
+        left = np.flatnonzero(take(np.bincount(ray, minlength=1), ray) > 1)
         while left.size:  # fewer each time: what is seen does not stand before itself
             mine = take(ray, left)
             first = np.full(winner.size, np.iinfo(np.int64).max)

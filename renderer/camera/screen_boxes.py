@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.geometry.ragged import Cells, take
+from nusselt.renderer.geometry.ragged import MAX_CELLS, Cells, take
 from nusselt.renderer.vectors import Floats, Ints, transform
 from nusselt.renderer.watertight import edge_functions
 
@@ -28,7 +28,7 @@ BOX_ULPS = 64 * 2.0**-53
 and a sum of three products each for the vertex and the ray, and the slack of the edge functions."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ImageBoxes:
     """All triangles about one origin, and their boxes in the plane of three corner directions.
 
@@ -78,10 +78,12 @@ class ImageBoxes:
         chosen = np.flatnonzero(
             (s0 <= high[0].max()) & (s1 >= low[0].min()) & (t0 <= high[1].max()) & (t1 >= low[1].min()) & self.live
         )
-        cells = Cells.of((low[0] + high[0]) / 2, (low[1] + high[1]) / 2) if chosen.size > DENSE else None
+        middle = (low + high) / 2
+        fine = _subdivision(middle)
+        cells = Cells.of(*(fine * middle)) if chosen.size > DENSE else None
         if cells is None:
             return self._dense(d, chosen)
-        return self._binned(d, chosen, cells, ((high - low) / 2).max(axis=1))
+        return self._binned(d, chosen, cells, ((high - low) / 2).max(axis=1), fine)
 
     def _dense(self, d: Floats, chosen: Ints) -> tuple[Floats, Ints, Floats]:
         if chosen.size == 0:
@@ -90,10 +92,11 @@ class ImageBoxes:
         near, which = pencil.nearest(d, np.arange(chosen.size))
         return _distance(near), np.where(which < 0, -1, take(chosen, which)), pencil.weights(d, which)
 
-    def _binned(self, d: Floats, chosen: Ints, cells: Cells, pad: Floats) -> tuple[Floats, Ints, Floats]:
+    def _binned(self, d: Floats, chosen: Ints, cells: Cells, pad: Floats, fine: int) -> tuple[Floats, Ints, Floats]:
         s0, s1, t0, t1 = self.boxes[:, chosen]
         found = Nearest(d)
-        for box, ray in cells.in_boxes(s0 - pad[0], s1 + pad[0], t0 - pad[1], t1 + pad[1]):
+        bounds = (fine * v for v in (s0 - pad[0], s1 + pad[0], t0 - pad[1], t1 + pad[1]))
+        for box, ray in cells.in_boxes(*bounds):
             if box.size == 0:
                 continue
             first = np.flatnonzero(np.diff(box, prepend=-1))  # each box's pairs stand together
@@ -106,7 +109,7 @@ class ImageBoxes:
         return _distance(near), triangle, np.stack(weight) if weight else np.zeros(d.shape)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Sides:
     """What a ray meets of triangles: edge functions (3 edges) with slack, and planes."""
 
@@ -133,6 +136,17 @@ def _one_sided(w: Floats, reach: list[Floats]) -> NDArray[np.bool_]:
     """Whether all three edge functions are at least -reach, or all at most reach."""
     over = (w[0] >= -reach[0]) & (w[1] >= -reach[1]) & (w[2] >= -reach[2])
     return over | ((w[0] <= reach[0]) & (w[1] <= reach[1]) & (w[2] <= reach[2]))
+
+
+def _subdivision(at: Floats) -> int:
+    """Cells along a pixel's side for rays at (2, n): about one a ray, as far as there is room."""
+    low = np.floor(at.min(axis=1))
+    wide, high = np.floor(at.max(axis=1)) - low + 1
+    row, column = np.floor(at[1] - low[1]), np.floor(at[0] - low[0])
+    if not wide * high <= MAX_CELLS:
+        return 1
+    pixels = np.count_nonzero(np.bincount((row * wide + column).astype(np.int64)))
+    return max(1, int(np.sqrt(min(at.shape[1] / pixels, MAX_CELLS / (wide * high)))))
 
 
 def _distance(near: Floats) -> Floats:

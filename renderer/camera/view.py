@@ -21,7 +21,7 @@ FACING_ULPS = 16 * 2.0**-53
 """Rounding of the cosine between two unit vectors: where a surface is seen edge-on its front is what is seen."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class View:
     """Camera rays and what they hit.
 
@@ -55,13 +55,13 @@ def shading_points(
 ) -> ShadingPoints:
     """The hits ``index`` (k,) as shading points, their normals turned to the viewer; ``outside`` (k,), else False."""
     surface = hits.surface[index]
-    outgoing = outgoing[:, index]
-    normal = hits.normal[:, index]
+    outgoing = outgoing.take(index, axis=1)
+    normal = hits.normal.take(index, axis=1)
     facing = dot(normal, outgoing)
     behind = facing < -FACING_ULPS
     normal = np.where(behind, -normal, normal)
-    position = hits.position[:, index]
-    columns = {name: table[..., surface] for name, table in geometry.columns.items()}
+    position = hits.position.take(index, axis=1)
+    columns = {name: table.take(surface, axis=-1) for name, table in geometry.columns.items()}
     for painted in geometry.painted:
         corners = geometry.a, geometry.b, geometry.c
         mine, albedo = painted.albedo(corners, hits.triangle[index], position)

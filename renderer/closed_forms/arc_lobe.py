@@ -74,7 +74,7 @@ def no_plane(a: Floats, b: Floats) -> Floats:
     return np.where(dot(a, b) < 0, 4 * np.pi, ROUNDED * EPS * step)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Arcs:
     """Arcs first <= phi <= last, each array (k,): turn = last - first with all digits, n_g = n . g, w_n = w . n."""
 

@@ -38,7 +38,7 @@ FULL, TAIL, FAR, FULL_LOW = range(4)
 """J2 as it stands; without its 1, relative to the peak; the same far from w, where t is small; as it stands there."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Panels:
     """Stretches [middle - half, middle + half] of phi, k of them, each array (k,).
 

@@ -27,7 +27,7 @@ GOOD = 0.01
 """A bound above which no value is given."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Apex:
     """Where the fan starts: (s, t), v there, its height, and whose edge it lies on (-1: none)."""
 

@@ -118,7 +118,7 @@ def _answers(vectors: tuple[Any, ...], kind: np.dtype[Any], enough: float = 0.0)
     bad = np.flatnonzero(~(error <= allowed))
     for start in range(0, bad.size, BLOCK):
         few = bad[start : start + BLOCK]
-        taken = tuple(v[:, few] for v in given)
+        taken = tuple(v.take(few, axis=1) for v in given)
         again = _answers(taken, np.dtype(np.float64)) if kind != np.float64 else _by_area(taken)
         better = again[1] < np.where(value[few] > 0, bound[few], 1.01)
         for mine, other in zip((value, bound, form), again, strict=True):
@@ -183,7 +183,7 @@ def _fill(value: Floats, error: Floats, where: Bools, form: Any, vectors: tuple[
     """Write one form's values and errors where it is asked for."""
     index = np.flatnonzero(where)
     if index.size:
-        taken = vectors if index.size == where.size else tuple(v[:, index] for v in vectors)
+        taken = vectors if index.size == where.size else tuple(v.take(index, axis=1) for v in vectors)
         value[index], error[index] = form(*taken, *options)
 
 

@@ -35,7 +35,7 @@ ROUNDINGS = 2.0
 """Error of a direction in units of eps, corners by the largest one over their distance; 0.9 measured."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Arcs:
     """Edges of one polygon a column: (3, rows, k) ends, and (rows, k) whether an edge is there."""
 
@@ -44,7 +44,7 @@ class Arcs:
     there: Bools
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Circles:
     """An edge's great circle about w, each array (rows, k): G, q, c, phi of its ends, and the rounding of G."""
 
@@ -138,7 +138,7 @@ def _circles(arcs: Arcs, w: Floats, extent: Floats) -> _Circles:
     return _Circles(g, q, c, start, start + turn, doubt * there)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Peak:
     """The polygon's point nearest to w, (k,): log(t^s) there, how fast t^s falls, and which form that asks for."""
 

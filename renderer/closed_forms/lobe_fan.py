@@ -31,7 +31,7 @@ FAR = 1e-25
 FALL = 46.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Lobe:
     """The plane w . v = 1: two directions (3, n) in it, w's length, n . w per |w|."""
 
@@ -51,7 +51,7 @@ class _Lobe:
         return np.stack((dot(self.across, v), dot(self.up, v)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Seen:
     """A corner, projected: where it is, how deep (w . v), and its height per depth."""
 
@@ -63,7 +63,7 @@ class _Seen:
     height: Floats
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Apex:
     """Where the fan starts: a point of the light (s, t), or w itself where ``edge`` is -1."""
 

@@ -35,7 +35,7 @@ def exponent_scale(*vectors: Floats) -> Floats:
     return np.ldexp(1.0, -np.clip(np.frexp(size)[1], -1020, 1020))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Corner:
     """A corner of the clipped polygon.
 
@@ -61,7 +61,7 @@ Edge = tuple[Corner, Corner, Bools]
 """Start, end, and where it is there."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Patch:
     """v = p + s e1 + t e2, s and t in [0, 1], as n points at the origin see it.
 

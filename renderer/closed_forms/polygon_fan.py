@@ -39,7 +39,7 @@ FRACTIONAL = 12.0
 GRADE, GRADED_NODES = 6, 30
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sectors:
     """Triangles about v*, k of them, lengths in units of |v*|.
 

@@ -20,7 +20,7 @@ from nusselt.renderer.errors import InputError
 from nusselt.renderer.lights import colour
 from nusselt.renderer.needs import Needs, Source
 from nusselt.renderer.shading import ShadingPoints, reflect
-from nusselt.renderer.vectors import Floats, dot
+from nusselt.renderer.vectors import Floats, Ints, dot
 from nusselt.renderer.visibility.shared_points import CommonVisibility
 
 from .analytic import without_shadows
@@ -39,24 +39,34 @@ def lattice(samples: int) -> Floats:
 def hidden(points: ShadingPoints, source: Source, at: Floats) -> Floats:
     """What light points ``at`` (2, N) of the unit square send and blockers keep, (3, n)."""
     out = np.zeros((3, points.count))
-    view = CommonVisibility.of(source.blockers, source.light)
-    for u, v in at.T:
-        light = source.light
-        beam, worth = light.beams(points.position, np.array([[u]]), np.array([[v]]))
-        d, weight = beam[:, :, 0], worth[:, 0]
-        reaching = np.flatnonzero((weight > 0) & (dot(points.normal, d) > 0))
-        position, normal = points.position[:, reaching], points.normal[:, reaching]
-        own, outside = points.ellipsoid[reaching], points.outside[reaching]
-        way, place = d[:, reaching], light.at(u, v)
-        if place is None:
-            seen = source.blockers.visible(position, own, way[:, :, None], light.at_infinity, normal)[:, 0]
-        else:
-            seen = view.seen(position, own, way, place, light.at_infinity, normal, outside)
-        k = reaching[~seen]
-        if k.size:
-            lost = reflect(points.take(k), d[:, k, None], weight[k, None] / at.shape[1], source.glossy)
-            out[:, k] += lost
+    for one in at.T:
+        out += _kept(points, source, one[:, None], np.zeros(points.count, dtype=np.int64), at.shape[1])
     return out * colour(source.light)
+
+
+def hidden_from(points: ShadingPoints, source: Source, at: Floats, of: Ints) -> Floats:
+    """The same where each point has one light point: that of number ``of`` (n,)."""
+    return _kept(points, source, at, of, 1) * colour(source.light)
+
+
+def _kept(points: ShadingPoints, source: Source, at: Floats, of: Ints, among: int) -> Floats:
+    """What each point's light point would send, over ``among``, if it is hidden."""
+    light, out = source.light, np.zeros((3, points.count))
+    beam, worth = light.beams(points.position, *at[:, of, None])
+    d, weight = beam[:, :, 0], worth[:, 0]
+    reaching = np.flatnonzero((weight > 0) & (dot(points.normal, d) > 0))
+    position, normal = points.position[:, reaching], points.normal[:, reaching]
+    own, outside = points.ellipsoid[reaching], points.outside[reaching]
+    way, places = d[:, reaching], [place for u, v in at.T if (place := light.at(u, v)) is not None]
+    if places:
+        view, eyes = CommonVisibility.of(source.blockers, light), np.hstack(places)
+        seen = view.seen(position, own, way, eyes, light.at_infinity, normal, outside, of[reaching])
+    else:
+        seen = source.blockers.visible(position, own, way[:, :, None], light.at_infinity, normal)[:, 0]
+    k = reaching[~seen]
+    if k.size:
+        out[:, k] = reflect(points.take(k), d[:, k, None], weight[k, None] / among, source.glossy)
+    return out
 
 
 def _refuse(samples: int) -> None:

@@ -21,7 +21,6 @@ from nusselt.renderer.needs import Needs, Source
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.soft_shadows.convex.candidates import Standing
 from nusselt.renderer.soft_shadows.convex.quad import QuadShadows
-from nusselt.renderer.soft_shadows.meshes import bounds_alone, mesh_radiance, why_not
 from nusselt.renderer.vectors import Floats
 
 from .analytic import closed_form
@@ -67,7 +66,7 @@ class Exact:
             f"light {source.index + 1} is sampled: {_unknown(source)}" for source in needs.sources if _unknown(source)
         )
         return lobes + tuple(
-            f"shadows of light {source.index + 1} are sampled: {why_not(source)}"
+            f"shadows of light {source.index + 1} are sampled: {_why_no_silhouettes(source)}"
             for source in needs.sources
             if source.blockers.hierarchy is not None and _may_sample(source) and not _unknown(source)
         )
@@ -93,6 +92,8 @@ class Exact:
         if _unknown(source):
             return self._sampled(points, source, rng), np.full(n, np.inf), {"sampled": n}
         if _by_silhouettes(source):
+            from nusselt.renderer.soft_shadows.meshes import mesh_radiance
+
             return *mesh_radiance(points, source), {"silhouette": n}
         if quad is not None and (not source.blockers.none or not self.shortcuts):
             if _too_large(source):
@@ -148,9 +149,18 @@ def _many(source: Source, light: QuadLight, most: int) -> bool:
     return standing.pieces.size + standing.balls.size > most or bool(standing.round.awkward[standing.balls].any())
 
 
+def _why_no_silhouettes(source: Source) -> str:
+    """What keeps silhouettes from telling all of a light's shadows; without a big mesh none of their code is read."""
+    if source.blockers.hierarchy is None:
+        return "no big mesh stands before it"
+    from nusselt.renderer.soft_shadows.meshes import why_not
+
+    return why_not(source)
+
+
 def _by_silhouettes(source: Source) -> bool:
     quad = source.light.parallelogram()
-    if quad is None or not bounds_alone(source):
+    if quad is None or _why_no_silhouettes(source):
         return False
     return source.blockers.triangles.size > BODY or _many(source, quad, CLOSED_MOST)
 
@@ -161,4 +171,4 @@ def _may_sample(source: Source) -> bool:
     if not source.has_extent or source.blockers.none:
         return False
     quad = _square_of(source)
-    return quad is None or (not bounds_alone(source) and _many(source, quad, MOST))
+    return quad is None or (bool(_why_no_silhouettes(source)) and _many(source, quad, MOST))

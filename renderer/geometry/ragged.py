@@ -34,7 +34,7 @@ def take(values: NDArray[Any], index: Ints) -> Any:
     return np.take(values, index, axis=-1, mode="clip")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cells:
     """Points of the plane, sorted into unit cells.
 

@@ -28,7 +28,7 @@ to eps over the cosine at the light, and to eps over the height straight before 
 Beams = tuple[Floats, Floats]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Outline:
     """The triangle corner + s ab + t ac, s + t <= 1, or, where ``four``, the parallelogram s, t <= 1.
 

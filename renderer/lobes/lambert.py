@@ -9,8 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from nusselt.renderer.closed_forms.circles.boundary_integrals import lambert_arcs, lambert_circles
-from nusselt.renderer.closed_forms.circles.circles import CircleArcs
+from nusselt.renderer.closed_forms.arc_lambert import lambert_arcs
+from nusselt.renderer.closed_forms.circles.circles import CircleArcs, lambert_circles
 from nusselt.renderer.closed_forms.circles.pairing import columns
 from nusselt.renderer.closed_forms.irradiance import irradiance
 from nusselt.renderer.validation import Vec3, colour

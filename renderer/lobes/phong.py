@@ -1,4 +1,4 @@
-"""The modified Phong lobe (Lafortune & Willems 1994)."""
+"""The modified Phong lobe (Lafortune & Willems 1994). Its integrals are read where something is glossy."""
 
 from __future__ import annotations
 
@@ -9,10 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from nusselt.renderer.closed_forms.circles.boundary_integrals import lobe_arcs, lobe_circles
 from nusselt.renderer.closed_forms.circles.circles import CircleArcs
 from nusselt.renderer.closed_forms.circles.pairing import columns
-from nusselt.renderer.closed_forms.phong_lobe import phong_lobe
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.validation import Vec3, colour, finite
 from nusselt.renderer.vectors import Bools, Floats, Ints, chosen, dot
@@ -22,6 +20,8 @@ from .protocol import Contour, Estimate, Parameter, PatchForm, SampledLobe, Shad
 
 def _over_patch(points: ShadingPoints, index: Ints, corner: Floats, ab: Floats, ac: Floats) -> Estimate:
     """(s+2)/(2 pi) times the lobe integral."""
+    from nusselt.renderer.closed_forms.phong_lobe import phong_lobe
+
     s = points.shininess[index]
     x, n, w = (chosen(v, index) for v in (points.position, points.normal, points.mirror))
     corner, ab, ac = (chosen(v, index) for v in (corner, ab, ac))
@@ -35,10 +35,14 @@ class PhongContour:
     dear: ClassVar[bool] = True
 
     def arcs(self, points: ShadingPoints, index: Ints, start: Floats, end: Floats) -> Estimate:
+        from nusselt.renderer.closed_forms.arc_lobe import lobe_arcs
+
         n, w = columns(points.normal, index), columns(points.mirror, index)
         return lobe_arcs(start, end, n, w, points.shininess[index])
 
     def circles(self, points: ShadingPoints, arcs: CircleArcs) -> Estimate:
+        from nusselt.renderer.closed_forms.circles.lobe import lobe_circles
+
         index = arcs.cone.point
         n, w = columns(points.normal, index), columns(points.mirror, index)
         return lobe_circles(arcs, n, w, points.shininess[index])

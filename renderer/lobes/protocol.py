@@ -131,7 +131,7 @@ SHARE = 1e-4
 """Of an image's tolerance, that closed forms may err by."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ShadingPoints:
     """Points whose front the camera sees.
 
@@ -197,7 +197,7 @@ class ShadingPoints:
 
     def take(self, index: Ints) -> ShadingPoints:
         """The points ``index`` (k,)."""
-        return self._each(lambda v: v[..., index])
+        return self._each(lambda v: v.take(index, axis=-1))  # rows stay rows in memory
 
     def repeated(self, times: int) -> ShadingPoints:
         """Each point so many times, one after the other."""

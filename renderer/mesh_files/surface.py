@@ -17,7 +17,7 @@ from .polygons import cut
 MAX_TRIANGLES = 1 << 23
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Surface:
     """Triangles as a file has them.
 

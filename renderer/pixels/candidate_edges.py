@@ -30,7 +30,7 @@ PAIRS = 1 << 19
 """Pairs of triangles beyond which their intersections are not searched."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lines:
     """Segments in the image.
 

@@ -44,7 +44,7 @@ FLAT = 1e-9
 """Heights over a surface's plane that are none, relative to the edge's distance."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Footprints:
     """Parts of surfaces that pixels show.
 
@@ -69,10 +69,10 @@ def footprints(regions: Regions, x: Floats, y: Floats, region: Ints, size: Float
     for step in (2 * lens.right / lens.width, 2 * lens.up / lens.height):
         side = away * (step - d * (dot(step, points.normal) / np.where(down == 0, 1.0, down)))  # on its plane
         square += dot(side, side)
-    return Footprints(points.position, points.normal, np.minimum(size * np.sqrt(square) / 2, _sizes(regions)[surface]))
+    return Footprints(points.position, points.normal, np.minimum(size * np.sqrt(square) / 2, sizes(regions)[surface]))
 
 
-def _sizes(regions: Regions) -> Floats:
+def sizes(regions: Regions) -> Floats:
     """Radius (r,) of each surface: what is seen from its edge has a footprint no larger."""
     g, faces = regions.geometry, regions.faces
     low, high = np.full((3, faces.count), np.inf), np.full((3, faces.count), -np.inf)
@@ -91,16 +91,19 @@ def doubtful(
     found = np.zeros(x.size, dtype=bool)
     if not sources or x.size == 0:
         return found
-    blocked = [source.light for source in sources if not source.blockers.none]
     order = np.lexsort((region, x // (4 * size), y // (4 * size), x // NEAR, y // NEAR))
     sizes = np.broadcast_to(size, x.shape)[order]
-    parts = footprints(regions, x[order], y[order], region[order], sizes)
+    found[order] = doubted(regions, sources, footprints(regions, x[order], y[order], region[order], sizes))
+    return found
+
+
+def doubted(regions: Regions, sources: tuple[Source, ...], parts: Footprints) -> NDArray[np.bool_]:
+    """Which footprints (n,) may hold a shadow, or a light's rim; those that follow each other should lie together."""
+    found = np.zeros(parts.radius.size, dtype=bool)
     for source in sources:
-        found[order] |= source.light.rim_within(parts.position, parts.radius)
-    if not blocked:
-        return found
-    for light in blocked:
-        found[order] |= in_doubt(parts, light, *_edges(regions, light))
+        found |= source.light.rim_within(parts.position, parts.radius)
+        if not source.blockers.none:
+            found |= in_doubt(parts, source.light, *_edges(regions, source.light))
     return found
 
 
@@ -179,9 +182,10 @@ def in_doubt(parts: Footprints, light: Light, start: Floats, end: Floats) -> NDA
     span = np.sqrt(dot(sides, sides))  # nothing is farther than that
     farthest = parts.radius / np.maximum(2 * k / WIDTHS + parts.radius / distance, parts.radius / span)
     cones = Cone(parts.position, axis, parts.radius, k, farthest)
-    for first in range(0, n, BLOCK):
-        block = np.arange(first, min(first + BLOCK, n))
-        near = distinct(_meet(cones.take(block), start, end, BLOCK)[1])
+    size = max(BLOCK, PAIRS // start.shape[1])
+    for first in range(0, n, size):
+        block = np.arange(first, min(first + size, n))
+        near = distinct(_meet(cones.take(block), start, end, size)[1])
         step = max(1, PAIRS // (GROUP * max(near.size, 1))) * GROUP
         for some in np.split(block, range(step, block.size, step)):
             point, edge = _near(cones.take(some), start[:, near], end[:, near])
@@ -238,7 +242,7 @@ def _cone(light: Light, position: Floats) -> tuple[Floats, Floats, Floats]:
     return to / distance, distance, radius / distance
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cone:
     """From footprints (n,) to a light, as far as a penumbra that fits in them can come from.
 

@@ -22,7 +22,7 @@ CROWD = 48
 """Lines in one pixel beyond which it is left to samples."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Bits:
     """Pieces of lines, each inside one cell of a grid.
 

@@ -18,7 +18,7 @@ PLANE = 1e-8
 """Planes closer than this (unit normals; offsets relative to the scene) are one."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Faces:
     """Flat faces.
 

@@ -6,7 +6,8 @@ that an edge or the image's border crosses every region stands for itself: what 
 included, is filled from the nearest 4 x 4 nodes of that region, from one side if it must be, once the point where
 that is worst is evaluated and found where it was expected. Any other square is divided.
 
-What is evaluated goes in few large calls: the nodes of a step together with what is tried of the step before.
+What is evaluated goes in few large calls: the nodes of a step together with what is tried there, since where both are
+is known before.
 """
 
 from __future__ import annotations
@@ -83,18 +84,14 @@ def fill(
     work = Filling(region, parts, evaluate, alone, channels, price.nodes)
     budget, step = None, work.step
     while step >= 2 and (budget is None or work.left > price.few):
-        values = work.ask(step)
+        plan = work.planned(step)
+        values = work.ask(step, plan.trials)
         if budget is None:
-            budget = Budget.of(allowed(values), int((~work.known).sum()) + parts.pieces.cell.size)
+            budget = Budget.of(allowed(values), int(np.count_nonzero(~work.known)) + parts.pieces.cell.size)
         kept = budget.left * (0.5 if step > 2 else 0)
         budget.left -= kept
-        work.judge_shares(budget)
-        work.fill_squares(step, budget)
-        work.try_shares(step, budget)
+        work.fill(plan, budget)
         budget.left += kept
         step //= 2
-    if budget is not None:
-        work.ask(1)
-        work.judge_shares(budget)
     work.ask(1)
     return work.finished()

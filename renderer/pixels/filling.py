@@ -1,9 +1,9 @@
-"""The state of filling an image: what is known, what is held back, what is tried."""
+"""The state of filling an image: what is known, what is planned, what is tried."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -45,7 +45,7 @@ class Filled:
     piece_bound: Floats
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Parts:
     """Pieces of regions that reflect.
 
@@ -61,10 +61,19 @@ class Parts:
     asked: Bools
 
 
+@dataclass(frozen=True)
+class Plan:
+    """Squares to be interpolated from a lattice, and what is to be tried of others."""
+
+    lattice: Lattice
+    squares: Groups
+    trials: Trials
+
+
 class Filling:
     """An image being filled; arrays of pixels are padded to whole squares of the first step.
 
-    ``known`` are pixels that need nothing more, ``held`` those that wait for what is tried; see `fill`.
+    ``known`` are pixels that need nothing more; see `fill`.
     """
 
     def __init__(self, region: Ints, parts: Parts, evaluate: Evaluate, alone: Bools, channels: int, nodes: int) -> None:
@@ -84,8 +93,6 @@ class Filling:
         self.piece = np.full((channels, pieces.cell.size), np.nan)
         self.piece_bound = np.zeros(pieces.cell.size)
         self.waits = ~parts.asked
-        self.held, self.trials = np.zeros(self.region.shape, dtype=bool), Trials.none()
-        self.lattice = Lattice(self.value, self.region, 1)
         low, high = self.usable, self.region
         self.extent = {}
         size = 1
@@ -99,104 +106,95 @@ class Filling:
         value, bound = (np.ascontiguousarray(v[..., :h, :w]) for v in (self.value, self.bound))
         return Filled(value, bound, self.piece, self.piece_bound)
 
-    def ask(self, step: int) -> Floats:
-        """Evaluate what is not known of the centres ``step`` apart, and what is to be tried: the latter's radiance.
+    def ask(self, step: int, trials: Trials | None = None) -> Floats:
+        """Evaluate what is not known of the centres ``step`` apart, and what is to be tried: their radiance.
 
         With the step 1, all other pieces too.
         """
-        row, column = np.nonzero(~(self.known[::step, ::step] | self.held[::step, ::step]))
-        trials, width = self.trials, self.region.shape[1]
-        place = np.append(row * step * width + column * step, trials.row * width + trials.column)
-        piece = trials.piece
-        if step == 1:
-            waits = np.isnan(self.piece[0])
-            waits[trials.shares.piece] = False
-            piece = np.append(piece, np.flatnonzero(waits))
+        row, column = np.nonzero(~self.known[::step, ::step])
+        width = self.region.shape[1]
+        place: Ints = row * step * width + column * step
+        piece: Ints = np.flatnonzero(np.isnan(self.piece[0]) & (step == 1))
+        if trials:
+            place, piece = np.append(place, trials.row * width + trials.column), trials.piece
         r, c = np.divmod(place, width)
         value = self.evaluate(r * self.shape[1] + c, piece)
         for out, found in zip(self.value.reshape(len(self.value), -1), value, strict=True):
             out[place] = found[: place.size]
         self.piece[:, piece] = value[:, place.size :]
         self.known.reshape(-1)[place] = True
+        self.waits[piece] = False
         return value
 
     @property
     def left(self) -> int:
-        """How many values are not known, held or waiting for their squares."""
-        return int(np.count_nonzero(~(self.known | self.held))) + int(np.count_nonzero(np.isnan(self.piece[0])))
+        """How many values are not known."""
+        return int(np.count_nonzero(~self.known)) + int(np.count_nonzero(np.isnan(self.piece[0])))
 
-    def fill_squares(self, step: int, budget: Budget) -> None:
-        """Interpolate in squares of one region that are smooth enough."""
-        self.lattice = self._lattice(step)
-        squares = self._squares(step)
-        self._fill_squares(squares.take(np.flatnonzero(budget.takes(squares.rough, step * step))), step)
-
-    def try_shares(self, step: int, budget: Budget) -> None:
-        """What other squares show of one region each and may be smooth enough: one point of it is to be asked next."""
-        shares = self._shares(step, budget)
-        group, i, j = np.nonzero(shares.pixels)
-        row, column = shares.groups.row[group] * step + i, shares.groups.column[group] * step + j
-        self.held.reshape(-1)[row * self.region.shape[1] + column] = True
-        self.trials = Trials.of(shares, self.pieces, step)
-
-    def judge_shares(self, budget: Budget) -> None:
-        """Interpolate in what was tried, if the points asked are where they were expected."""
-        trials, step = self.trials, self.trials.step
-        if trials.group.size == 0:
-            return
-        self.held[...] = False
-        groups = trials.shares.groups
-        value = np.hstack((self.value[:, trials.row, trials.column], self.piece[:, trials.piece]))
-        missed = value - self.lattice.at(groups.take(trials.group), trials.x, trials.y)
-        error = groups.rough / CAREFUL
-        error[trials.group] = np.maximum(error[trials.group], np.sqrt((missed**2).sum(axis=0)))
-        good = np.flatnonzero(budget.takes(error, trials.shares.count))
-        self._fill_shares(replace(trials.shares, groups=replace(groups, rough=error)).take(good), step)
-        self.trials = Trials.none()
-
-    def _squares(self, step: int) -> Groups:
-        """Squares that show one region, and have nodes."""
-        low, high = self.extent[step]
-        half = step // 2
-        row, column = np.nonzero((low == high) & (low >= 0) & ~self.known[half::step, half::step])
-        return self.lattice.spoken_for(Groups.of(low[row, column], row, column), True)
-
-    def _fill_squares(self, squares: Groups, step: int) -> None:
-        rows, width = self.region.shape[0] // step, self.region.shape[1] // step
-        patch = self.lattice.patches(squares)
-        for out, values in zip(self.value, patch, strict=True):
-            out.reshape(rows, step, width, step)[squares.row, :, squares.column] = values
-        for flags, new in ((self.known, True), (self.bound, squares.rough[:, None, None] + TINY)):
-            flags.reshape(rows, step, width, step)[squares.row, :, squares.column] = new
-
-    def _shares(self, step: int, budget: Budget) -> Shares:
-        """What other squares show of each region that has nodes."""
-        members = self._members(step)
-        groups = self.lattice.spoken_for(members.groups, False)
+    def planned(self, step: int) -> Plan:
+        """What may be interpolated from the centres ``step`` apart, once those are known."""
+        lattice = Lattice(self.value[:, ::step, ::step], self.usable[::step, ::step], step)
+        squares = self._squares(lattice)
+        members = self._members(step, squares)
+        groups = lattice.spoken_for(members.groups, False)
         pixels = self._blocks(self.region, groups, step) == groups.region[:, None, None]
         pixels &= ~self._blocks(self.known, groups, step)
+        pixels[:, 0, 0] = False
         shares = Shares.of(groups, pixels, members, self.pieces.area)
-        return shares.take(np.flatnonzero(budget.possible(groups.rough / CAREFUL, shares.count)))
+        return Plan(lattice, squares, Trials.of(shares.take(np.flatnonzero(shares.count > 0)), self.pieces, step))
 
-    def _fill_shares(self, shares: Shares, step: int) -> None:
-        groups = shares.groups
-        patch = self.lattice.patches(groups)
+    def fill(self, plan: Plan, budget: Budget) -> None:
+        """Interpolate in squares of one region that are smooth enough, and in what other squares show of one region
+        each if the point asked there is where it was expected.
+        """
+        lattice, trials, step = plan.lattice, plan.trials, plan.lattice.step
+        rough = lattice.rough(plan.squares)
+        good = np.flatnonzero(budget.takes(rough, step * step))
+        self._fill_squares(lattice, plan.squares.take(good), rough[good])
+        groups = trials.shares.groups
+        value = np.hstack((self.value[:, trials.row, trials.column], self.piece[:, trials.piece]))
+        missed = value - lattice.at(groups.take(trials.group), trials.x, trials.y)
+        error = lattice.rough(groups) / CAREFUL
+        error[trials.group] = np.maximum(error[trials.group], np.sqrt((missed**2).sum(axis=0)))
+        good = np.flatnonzero(budget.takes(error, trials.shares.count))
+        self._fill_shares(lattice, trials.shares.take(good), error[good])
+
+    def _squares(self, lattice: Lattice) -> Groups:
+        """Squares that show one region, and have nodes around them."""
+        low, high = self.extent[lattice.step]
+        half = lattice.step // 2
+        row, column = np.nonzero((low == high) & (low >= 0) & ~self.known[half :: lattice.step, half :: lattice.step])
+        return lattice.spoken_for(Groups.of(low[row, column], row, column), True)
+
+    def _fill_squares(self, lattice: Lattice, squares: Groups, rough: Floats) -> None:
+        step = lattice.step
+        rows, width = self.region.shape[0] // step, self.region.shape[1] // step
+        patch = lattice.patches(squares)
+        for out, values in zip(self.value, patch, strict=True):
+            out.reshape(rows, step, width, step)[squares.row, :, squares.column] = values
+        for flags, new in ((self.known, True), (self.bound, rough[:, None, None] + TINY)):
+            flags.reshape(rows, step, width, step)[squares.row, :, squares.column] = new
+
+    def _fill_shares(self, lattice: Lattice, shares: Shares, error: Floats) -> None:
+        groups, step = shares.groups, lattice.step
+        patch = lattice.patches(groups)
         k, i, j = np.nonzero(shares.pixels)
         place = (groups.row[k] * step + i) * self.region.shape[1] + groups.column[k] * step + j
         for out, values in zip(self.value.reshape(len(self.value), -1), patch, strict=True):
             out[place] = values[k, i, j]
         self.known.reshape(-1)[place] = True
-        self.bound.reshape(-1)[place] = groups.rough[k] + TINY
+        self.bound.reshape(-1)[place] = error[k] + TINY
         piece, of_piece = shares.piece, shares.of_piece
-        self.piece[:, piece] = self.lattice.at_pieces(groups.take(of_piece), self.pieces.take(piece))
-        self.piece_bound[piece] = groups.rough[of_piece] + TINY
+        self.piece[:, piece] = lattice.at_pieces(groups.take(of_piece), self.pieces.take(piece))
+        self.piece_bound[piece] = error[of_piece] + TINY
         self.waits[piece] = False
 
-    def _members(self, step: int) -> Members:
-        """What the squares that are not filled show of each region."""
+    def _members(self, step: int, squares: Groups) -> Members:
+        """What the squares that are not filled, nor among ``squares``, show of each region."""
         low, high = self.extent[step]
         half = step // 2
         open_ = (high >= 0) & ((low != high) | ~self.known[half::step, half::step])
+        open_[squares.row, squares.column] = False
         row, column = np.nonzero(open_)
         number = np.full(open_.shape, -1)
         number[row, column] = np.arange(row.size)
@@ -220,11 +218,6 @@ class Filling:
         where, kind = np.divmod(group, self.kinds)
         of = place[piece_key[waiting]]
         return Members(Groups.of(kind, row[where], column[where]), waiting[of >= 0], of[of >= 0])
-
-    def _lattice(self, step: int) -> Lattice:
-        """What is known of the centres ``step`` apart, and may speak for others."""
-        known, usable = self.known[::step, ::step], self.usable[::step, ::step]
-        return Lattice(self.value[:, ::step, ::step], np.where(known, usable, -1), step)
 
     def _blocks(self, array: Any, groups: Groups, step: int) -> Any:
         """(k, step, step) of an image's squares."""

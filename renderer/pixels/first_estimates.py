@@ -15,6 +15,8 @@ ROWS = 128
 """Of pixels, handled at once: bounds the memory."""
 ITEMS = 1 << 14
 """The same."""
+STEEPER = 2.0
+"""Times the change on one side of an item that the change on the other may be."""
 AROUND = np.arange(9)[:, None] // 3 - 1, np.arange(9)[:, None] % 3 - 1
 """Rows and columns (9, 1) from a pixel to itself and to those around it."""
 
@@ -60,7 +62,7 @@ def summed(radiance: Floats) -> Floats:
     return radiance.sum(axis=0) if radiance.shape[0] == 3 else math.sqrt(3) * radiance[0]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Known:
     """First values: of whole pixels, and of pieces in the order of their pixel and region.
 
@@ -141,10 +143,16 @@ def _estimates(known: Known, pixel: Ints, which: Ints, x: Floats, y: Floats, val
     missed = np.where(told, np.abs(value - guess), 0.0).max(axis=0)
     others = ((same | part) & ((dy != 0) | (dx != 0))).any(axis=0)
     highest = value
-    for beside in (dy[:, 0] != 0, dx[:, 0] != 0):  # from pixels above or below, and from those at the sides
-        low, high = np.fmin(value, np.fmin.reduce(near[beside])), np.fmax(value, np.fmax.reduce(near[beside]))
-        missed = np.maximum(missed, np.where(told[beside].any(axis=0), 0.0, high - low))
-        highest = np.maximum(highest, high)
+    for axis in (dy[:, 0], dx[:, 0]):  # from pixels above and below, and from those at the sides
+        low, high, heard = np.zeros((2, value.size)), np.zeros((2, value.size)), np.zeros((2, value.size), dtype=bool)
+        for side, beside in enumerate((axis < 0, axis > 0)):
+            low[side], high[side] = (f(value, f.reduce(near[beside])) for f in (np.fmin, np.fmax))
+            heard[side] = told[beside].any(axis=0)
+        span = high - low
+        missed = np.maximum(missed, np.where(heard.any(axis=0), 0.0, high.max(axis=0) - low.min(axis=0)))
+        # Where only one side tells, the other's change is to be like its: there may be a peak beside the edge.
+        missed = np.maximum(missed, np.where(heard, 0.0, span - STEEPER * span[::-1]).max(axis=0))
+        highest = np.maximum(highest, high.max(axis=0))
     return np.where(others, missed / 8, np.abs(value)), highest
 
 

@@ -38,7 +38,7 @@ Shade = Callable[[Floats, Floats, Ints], Floats]
 """From image points (n,) and their regions to radiance (c, n)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class First:
     """First values.
 

@@ -39,7 +39,7 @@ class Lattice:
         return _label(self.region)
 
     def spoken_for(self, groups: Groups, within: bool) -> Groups:
-        """Those that have 4 x 4 nodes of their region, and what differences there allow.
+        """Those that have 4 x 4 nodes of their region, with the first of them.
 
         Parameters
         ----------
@@ -57,13 +57,19 @@ class Lattice:
         kept = np.flatnonzero(shift >= 0)
         groups = groups.take(kept) if kept.size < shift.size else groups
         up, back = SHIFTS[shift[kept]].T
-        top, left = groups.row - up, groups.column - back
-        r, c = top + np.clip(up, 0, 2), left + np.clip(back, 0, 2)
-        corner = r * self.region.shape[1] + c
-        rough = self._beside(
-            np.stack((corner, corner + 1, corner + self.region.shape[1], corner + self.region.shape[1] + 1))
+        return replace(groups, top=groups.row - up, left=groups.column - back)
+
+    def rough(self, groups: Groups) -> Floats:
+        """What differences allow (k,) at the four nodes of each group that are nearest its square."""
+        r, c = (
+            first + np.clip(place - first, 0, 2)
+            for place, first in ((groups.row, groups.top), (groups.column, groups.left))
         )
-        return replace(groups, top=top, left=left, rough=rough.max(axis=0))
+        corner = r * self.region.shape[1] + c
+        across = self.region.shape[1]
+        return np.asarray(
+            self._beside(np.stack((corner, corner + 1, corner + across, corner + across + 1))).max(axis=0)
+        )
 
     def _fits(self, groups: Groups, shifts: Ints) -> Bools:
         """Whether the 4 x 4 nodes at each shift (s, k) of a group's square are its region's."""

@@ -27,7 +27,7 @@ AGREE = 2e-5
 """Share of a border by which the check may differ: chords of curves are that far from them."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Edges:
     """Visible bits with the regions on their two sides, looking along increasing y."""
 
@@ -36,7 +36,7 @@ class Edges:
     right: Ints
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pieces:
     """Regions within cells.
 

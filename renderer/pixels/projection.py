@@ -21,7 +21,7 @@ NEAR = 1e-6
 """Edges are cut this close in front of the camera, relative to their own reach."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lens:
     """A pinhole camera in pixels.
 

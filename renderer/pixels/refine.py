@@ -131,7 +131,7 @@ class Items:
         return cls(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Nodes:
     """Points at which items are evaluated, with the item and the share of it each stands for."""
 

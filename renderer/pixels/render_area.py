@@ -96,9 +96,10 @@ def render_area(
     if is_crowded(geometry):
         image, error, evaluations, busy = render_crowded(scene, estimator, tolerance, executor)
         return AreaImage(image, error, tolerance, evaluations, 0, busy)
-    _, _, regions = regions_of(scene, scene.digest(), everything)
+    digest = scene.digest()
+    _, _, regions = regions_of(scene, digest, everything)
     palette = palette_of(scene, regions, needs)
-    shade = Shader(Work(scene, scene.digest(), estimator, everything, tolerance), executor, palette)
+    shade = Shader(Work(scene, digest, estimator, everything, tolerance), executor, palette)
     shown = shown_by(regions, tolerance)
     shadows = Needs((), ()) if estimator.claim(needs) == "biased" else needs  # who leaves them out has none
     first = first_values(regions, palette, shown, shade, tolerance, shadows)
@@ -111,7 +112,7 @@ def render_area(
 
     rest = first.settled + refine(first.items, shown.edges, regions, shade, budget, jumps, doubt)
     image = _assemble(scene, regions, palette, shown, first, needs.left_out)
-    lit = float(np.einsum("chw,chw->hw", image.mean, image.mean)[image.shaded].sum())
+    lit = float(np.einsum("hw,hw->", np.einsum("chw,chw->hw", image.mean, image.mean), image.shaded.astype(np.float64)))
     square = max(first.square, lit)  # what was first found may be nothing
     error = min(math.sqrt(rest / square), 1.0) if square > 0 else float(rest > 0)
     parts = int(shown.pieces.cell.size)
@@ -134,16 +135,14 @@ def _assemble(
     ):
         _add(mean, pixel, palette.radiance(light, surface_of(region, regions.surfaces)))
     shines: Bools = np.asarray(palette.seen.any(axis=0))
-    lit, cut = np.flatnonzero(shines[surface]), np.flatnonzero(shines[split])
-    mean[:, lit] += palette.seen[:, surface[lit]]
+    lit, cut = np.flatnonzero(np.take(shines, surface)), np.flatnonzero(shines[split])
+    for out, seen in zip(mean, palette.seen, strict=True):
+        out[lit] += seen[surface[lit]]
     _add(mean, pieces.cell[cut], pieces.area[cut] * palette.seen[:, split[cut]])
-    plain = np.flatnonzero(~palette.reflects[surface])
-    bare = surface[plain]
 
     def share(kind: Bools) -> Floats:
         """Of each pixel, summed over its pieces."""
-        out = np.zeros(surface.size)
-        out[plain] = np.take(kind, bare)
+        out = np.take(kind.astype(np.float64), surface)
         np.add.at(out, pieces.cell, pieces.area * kind[split])
         cut = out[pieces.cell]
         out[pieces.cell] = np.where(cut < SURE, 0.0, np.where(cut > 1 - SURE, 1.0, cut))

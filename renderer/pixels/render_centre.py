@@ -1,7 +1,8 @@
 """Pixel centres to a tolerance: evaluated where they must be, interpolated where neighbours' differences allow it.
 
 The same lattice and the same checked bounds as between the edges of pixels by area (see `interpolation`). Interpolation
-stays within one plane of one surface: where every pixel shows another triangle, every pixel is evaluated.
+stays within one plane of one surface: where every pixel shows another triangle, every pixel is evaluated, or its
+shadow sampled where that takes less (see `supersampling`).
 """
 
 from __future__ import annotations
@@ -14,22 +15,18 @@ from functools import partial
 import numpy as np
 
 from nusselt.renderer.camera.rays import pixel_centres
-from nusselt.renderer.camera.view import View, look
-from nusselt.renderer.chunks import STRIP, gathered, pieces
+from nusselt.renderer.camera.view import look
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators.protocol import Estimator
 from nusselt.renderer.image import Image
 from nusselt.renderer.needs import Needs
 from nusselt.renderer.prepared import prepare
-from nusselt.renderer.radiance import reflected, still
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats, Ints, dot
+from nusselt.renderer.vectors import Floats
 
-from .faces import PLANE
+from .centres import CentreShader, planes
 from .fill import fill_centres
-
-SMALLEST = 512
-"""Pixels in a piece of work, at least."""
+from .render_crowded import crowded_centres, sampled_centres
 
 
 @dataclass(frozen=True)
@@ -41,31 +38,17 @@ class CentreImage:
     image : Image
     error : float
         Bound of the RMS error due to interpolation over shaded pixels, relative to their RMS: measured where the
-        function is smooth at the scale of what was evaluated, or kinked.
+        function is smooth at the scale of what was evaluated, or kinked. Estimated where shadows were sampled.
     tolerance : float
         What was asked.
     evaluations : int
-        Pixels evaluated.
+        Pixels evaluated, or whose shadows were sampled.
     """
 
     image: Image
     error: float
     tolerance: float
     evaluations: int
-
-
-@dataclass(frozen=True)
-class _Work:
-    scene: Scene
-    estimator: Estimator
-    tolerance: float
-
-    def __call__(self, index: Ints) -> Floats:
-        """Reflected radiance (3, n) at the centres of pixels that reflect."""
-        scene, geometry, needs = prepare(self.scene)
-        row, column = np.divmod(index, scene.width)
-        points = look(scene, geometry, column + 0.5, row + 0.5).points.as_exact_as(self.tolerance)
-        return reflected(points, needs, still(self.estimator))
 
 
 def refuse_noise(scene: Scene, estimator: Estimator, needs: Needs, tolerance: float, what: str) -> None:
@@ -103,58 +86,19 @@ def render_centre(
     height, width = scene.height, scene.width
     view = look(near, geometry, *pixel_centres(range(width), range(height)))
     shade = CentreShader(scene, estimator, executor, tolerance)
-    centre, bound, _ = fill_centres(planes(view).reshape(height, width), shade, partial(share_of_rms, tolerance))
+    region, rough = planes(view).reshape(height, width), crowded_centres(view, geometry, estimator, needs, tolerance)
+    if rough.size:
+        centre, left = sampled_centres(region, rough, shade)
+    else:
+        centre, bound, _ = fill_centres(region, shade, partial(share_of_rms, tolerance))
+        left = float((bound**2).sum())
     mean = np.where(np.isfinite(centre), centre, 0.0) + view.emission.reshape(3, height, width)
     square = float((np.where(np.isfinite(centre), centre, 0.0) ** 2).sum())
-    error = math.sqrt(float((bound**2).sum()) / square) if square > 0 else 0.0
+    error = math.sqrt(left / square) if square > 0 else 0.0
     back = int(view.back.sum())
     emitter, background = (v.reshape(height, width).astype(float) for v in (view.emitter, view.background))
-    return CentreImage(Image.without_noise(mean, emitter, background, back), error, tolerance, shade.evaluations)
-
-
-def planes(view: View) -> Ints:
-    """A number (n,) for each plane of each surface that reflects; -1 for pixels that do not."""
-    found = np.full(view.background.size, -1)
-    points, k = view.points, view.lit
-    if k.size == 0:
-        return found
-    size = max(float(np.abs(points.position).max()), np.finfo(float).tiny)
-    offset = dot(points.normal, points.position) / size
-    keys = np.rint(np.vstack((points.normal, offset)) / PLANE + 0.1234)
-    _, number = np.unique(np.vstack((keys, view.hits.surface[k])), axis=1, return_inverse=True)
-    found[k] = number.reshape(-1)
-    return found
-
-
-@dataclass
-class CentreShader:
-    """Shades centres of pixels on an executor, and counts.
-
-    Parameters
-    ----------
-    scene : Scene
-    estimator : Estimator
-    executor : Executor or None
-    tolerance : float
-        The image's.
-    evaluations : int
-        Pixels shaded so far.
-    """
-
-    scene: Scene
-    estimator: Estimator
-    executor: Executor | None
-    tolerance: float
-    evaluations: int = 0
-
-    def __call__(self, index: Ints) -> Floats:
-        """Reflected radiance (3, n) at the centres of pixels (n,) that reflect."""
-        self.evaluations += index.size
-        row, column = np.divmod(index, self.scene.width)
-        order = np.lexsort((column, row // STRIP))
-        return gathered(
-            _Work(self.scene, self.estimator, self.tolerance), self.executor, pieces(order, SMALLEST), index
-        )
+    evaluations = shade.evaluations + int(rough.size)
+    return CentreImage(Image.without_noise(mean, emitter, background, back), error, tolerance, evaluations)
 
 
 def share_of_rms(share: float, first: Floats) -> float:

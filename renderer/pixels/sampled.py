@@ -20,7 +20,7 @@ HALF_PLANE = 0.5
 """Error of the share that n points of a lattice give of a half-plane, times n^(3/4)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sampled:
     """Pixels (n,), in order, whose pieces were found by rays, and the error of a piece's share."""
 

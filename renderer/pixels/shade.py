@@ -27,10 +27,11 @@ from nusselt.renderer.radiance import reflected, still
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Floats, Ints, dot, unit
+from nusselt.renderer.visibility.segments import box_corners
 
 from .regions import Regions
 
-SMALLEST = 4096
+SMALLEST = 8192
 """Points in a piece of work, at least: half the time of a piece of a thousand goes by whatever their number."""
 
 
@@ -65,7 +66,7 @@ def shade_chunk(work: Work, x: Floats, y: Floats, region: Ints) -> Floats:
     """Reflected radiance (3, n) at image points of regions that reflect."""
     _, needs, regions = regions_of(work.scene, work.digest, work.everything)
     points = regions.points(x, y, region).as_exact_as(work.tolerance)
-    return reflected(points, needs, still(work.estimator))
+    return reflected(points, needs, still(work.estimator), box_corners(points.position))
 
 
 def unshadowed(regions: Regions, needs: Needs, x: Floats, y: Floats, region: Ints, tolerance: float) -> Floats:
@@ -74,10 +75,11 @@ def unshadowed(regions: Regions, needs: Needs, x: Floats, y: Floats, region: Int
     def free(points: ShadingPoints, source: Source) -> Floats:
         return without_shadows(points, replace(source, light=source.light.without_rim()))
 
-    return reflected(regions.points(x, y, region).as_exact_as(tolerance), needs, free)
+    points = regions.points(x, y, region).as_exact_as(tolerance)
+    return reflected(points, needs, free, np.zeros((3, 0)))  # what blocks it has no say
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Palette:
     """What is known of regions without shading them, by surface; see `surface_of`.
 

@@ -39,7 +39,7 @@ def bodies(regions: Regions, region: Ints) -> Ints:
     return found
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SmallFaces:
     """Places in an image that show small faces.
 

@@ -11,7 +11,7 @@ from nusselt.renderer.vectors import Bools, Floats, Ints
 from .moments import Pieces
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Groups:
     """What squares show of one region each, and the 4 x 4 nodes that speak for it."""
 
@@ -21,19 +21,18 @@ class Groups:
     column: Ints
     top: Ints
     left: Ints
-    rough: Floats
 
     @classmethod
     def of(cls, region: Ints, row: Ints, column: Ints) -> Groups:
         """Regions (k,) in squares, before nodes are looked for."""
         nothing = np.zeros(row.size, dtype=np.int64)
-        return cls(np.arange(row.size), region, row, column, nothing, nothing, np.zeros(row.size))
+        return cls(np.arange(row.size), region, row, column, nothing, nothing)
 
     def take(self, index: Ints) -> Groups:
         return Groups(*(getattr(self, part.name)[index] for part in fields(self)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Members:
     """Groups, and the pieces that belong to some: their numbers, and of which."""
 
@@ -42,7 +41,7 @@ class Members:
     of_piece: Ints
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shares:
     """Groups, which of their square's pixels (k, step, step) belong to each, their pieces, and how many values."""
 
@@ -70,12 +69,11 @@ class Shares:
         return Shares(self.groups.take(index), self.pixels[index], self.piece[mine], of_piece[mine], self.count[index])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trials:
     """One point of each share, at which interpolation is worst: pixels and then pieces, and of which group each is."""
 
     shares: Shares
-    step: int
     group: Ints
     row: Ints
     column: Ints
@@ -84,23 +82,15 @@ class Trials:
     y: Floats
 
     @classmethod
-    def none(cls) -> Trials:
-        nothing, none = np.zeros(0, dtype=np.int64), np.zeros(0)
-        shares = Shares(Groups.of(nothing, nothing, nothing), np.zeros((0, 1, 1), dtype=bool), nothing, nothing, none)
-        return cls(shares, 1, nothing, nothing, nothing, nothing, none, none)
-
-    @classmethod
     def of(cls, shares: Shares, pieces: Pieces, step: int) -> Trials:
         groups, piece, of_piece = shares.groups, shares.piece, shares.of_piece
         count = groups.row.size
-        if count == 0:
-            return cls.none()
         inner = np.arange(step) / step
         down, across = (
             _remainder(place[:, None] + inner - first[:, None])
             for place, first in ((groups.row, groups.top), (groups.column, groups.left))
         )
-        far = np.where(shares.pixels, down[:, :, None] + across[:, None, :], -1.0).reshape(count, -1)
+        far = np.where(shares.pixels, down[:, :, None] + across[:, None, :], -1.0).reshape(count, step * step)
         pixel, away = far.argmax(axis=1), far.max(axis=1)
         x, y = pieces.x[piece], pieces.y[piece]
         apart = _remainder((y - 0.5) / step - groups.top[of_piece]) + _remainder(
@@ -115,7 +105,7 @@ class Trials:
         i, j = np.divmod(pixel[group], step)
         row, column = groups.row[group] * step + i, groups.column[group] * step + j
         x, y = np.append(column + 0.5, x[last]), np.append(row + 0.5, y[last])
-        return cls(shares, step, np.append(group, of_piece[last]), row, column, piece[last], x, y)
+        return cls(shares, np.append(group, of_piece[last]), row, column, piece[last], x, y)
 
 
 def _remainder(t: Floats) -> Floats:

@@ -4,14 +4,13 @@ A frame is one place in every pixel and one point of each light: what a light po
 all pixels at once. Place and light point run along one sequence in four dimensions (Kronecker's, with the powers of
 the root of x^5 = x + 1), in REPLICAS copies shifted at random: the spread of their means is the error's estimate
 (Cranley & Patterson 1976). It is pooled over neighbouring pixels, and pixels whose share matters get as many frames
-again.
+again. At pixel centres, light points alone are the frames.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -21,7 +20,7 @@ from nusselt.renderer.camera.screen_boxes import kept_boxes
 from nusselt.renderer.camera.view import View, look
 from nusselt.renderer.chunks import each
 from nusselt.renderer.estimators.analytic import without_shadows
-from nusselt.renderer.estimators.common_points import hidden
+from nusselt.renderer.estimators.common_points import hidden_from
 from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.needs import Source
 from nusselt.renderer.prepared import prepare
@@ -34,11 +33,11 @@ from nusselt.renderer.visibility.segments import small_triangles
 MANY = 20_000
 """Small triangles beyond which pixels are sampled: cutting each face out of its pixels takes minutes there."""
 REPLICAS = 4
-FRAMES = 16
-"""Of each copy, in the first round."""
+FRAMES = 8
+"""Of each copy, in the first round; of light points alone half as many."""
 MOST = 2048
 """Of each copy, after which a pixel stays as it is and the error says so."""
-RAYS = 1 << 15
+RAYS = 1 << 16
 """In a piece of work."""
 STEPS = 1.1673039782614187 ** -np.arange(1.0, 5.0)
 """Of the sequence: pixel across, pixel down, light across, light down."""
@@ -80,40 +79,65 @@ def around_agrees(label: Ints) -> Bools:
     return same
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Frames:
-    """A piece of work: frames ``first`` to ``last`` of one copy, in some pixels; ``tolerance`` is the image's."""
+    """A piece of work: frames ``first`` to ``last`` of all copies, in some pixels; ``tolerance`` is the image's."""
 
     scene: Scene
-    shift: Floats
-    first: int
-    last: int
     tolerance: float
+    first: int = 0
+    last: int = 0
+
+    @property
+    def places(self) -> Floats:
+        """Of each frame, copy by copy, (4, m)."""
+        shifts = np.random.default_rng(7).random((REPLICAS, 1, 4))
+        numbers = np.arange(self.first, self.last)[:, None]
+        return np.asarray(((shifts + numbers * STEPS) % 1.0).reshape(-1, 4).T)
 
     def __call__(self, pixel: Ints) -> Floats:
-        """Sums (5, n) over the frames: radiance, hits of emitters, misses."""
+        """Sums (REPLICAS, 5, n) over the frames: radiance, hits of emitters, misses."""
         scene, geometry, needs = prepare(self.scene)
+        x, y, *light = self.places
         row, across = np.divmod(pixel, scene.width)
-        total = np.zeros((5, pixel.size))
-        for number in range(self.first, self.last):
-            x, y, *light = (self.shift + number * STEPS) % 1.0
-            # One place in all pixels: most of the small triangles then touch none of the rays (see `ragged`).
-            view: View = look(scene, geometry, across + x, row + y)
-            total[:3] += view.emission
-            total[3] += view.emitter
-            total[4] += view.background
-            points = view.points.as_exact_as(self.tolerance)
-            total[:3, view.lit] += reflected(points, needs, partial(_share, light=np.array(light)))
-        return total
+        view: View = look(scene, geometry, (across + x[:, None]).ravel(), (row + y[:, None]).ravel())
+        found: Floats = np.vstack((view.emission, view.emitter, view.background)).astype(np.float64)
+        points, of = view.points.as_exact_as(self.tolerance), view.lit // pixel.size
+        found[:3, view.lit] += reflected(points, needs, partial(_share, light=np.array(light), of=of))
+        return np.asarray(found.reshape(5, REPLICAS, -1, pixel.size).sum(axis=2).swapaxes(0, 1))
 
 
-def _share(points: ShadingPoints, source: Source, light: Floats) -> Floats:
-    """What a source sends to the eye, its shadow that of one place (2,) of the light."""
+def _share(points: ShadingPoints, source: Source, light: Floats, of: Ints) -> Floats:
+    """What a source sends to the eye; each point's shadow is that of place ``of`` (n,) of the ``light``, (2, m)."""
     free = without_shadows(points, source)
-    if source.blockers.none:
-        return free
-    at = (light + source.index * STEPS[:2]) % 1.0
-    return free - hidden(points, source, at[:, None])
+    return free if source.blockers.none else free - hidden_from(points, source, _turned(light, source), of)
+
+
+def _turned(light: Floats, source: Source) -> Floats:
+    """Another sequence for each source."""
+    return (light + source.index * STEPS[:2, None]) % 1.0
+
+
+class CentreFrames(Frames):
+    """The same of light points alone, for pixels that reflect at their centres."""
+
+    def __call__(self, pixel: Ints) -> Floats:
+        """Sums (REPLICAS, 3, n) over the frames of radiance."""
+        scene, geometry, needs = prepare(self.scene)
+        light = self.places[2:]
+        row, across = np.divmod(pixel, scene.width)
+        points = look(scene, geometry, across + 0.5, row + 0.5).points.as_exact_as(self.tolerance)
+        found = np.zeros((3, light.shape[1], pixel.size))
+        for each_source in needs.sources:
+            source = each_source.seen_from(points.position)
+            free = without_shadows(points, source)
+            found += free[:, None]
+            k = np.flatnonzero(free.any(axis=0))
+            if not source.blockers.none:
+                of, who = np.divmod(np.arange(light.shape[1] * k.size), max(k.size, 1))
+                lost = hidden_from(points.take(k[who]), source, _turned(light, source), of)
+                found[:, :, k] -= lost.reshape(3, -1, k.size)
+        return np.asarray(found.reshape(3, REPLICAS, -1, pixel.size).sum(axis=2).swapaxes(0, 1))
 
 
 def _sums(frames: Frames, pixel: Ints) -> Floats:
@@ -126,30 +150,52 @@ class Crowd:
 
     Parameters
     ----------
+    work : Frames
+    shape : tuple of int
+        Of the image.
+    executor : Executor or None
     pixel : (n,) int64
-    total : (REPLICAS, 5, n) float64
-        Sums over each copy's frames: radiance, hits of emitters, misses.
+    total : (REPLICAS, 5 or 3, n) float64
+        Sums over each copy's frames: radiance, and of whole pixels hits of emitters, misses.
     frames : (n,) int64
         Of each copy.
     """
 
+    work: Frames
+    shape: tuple[int, int]
+    executor: Executor | None
     pixel: Ints
     total: Floats
     frames: Ints
     evaluations: int = 0
 
+    @classmethod
+    def begun(cls, work: Frames, pixel: Ints, executor: Executor | None) -> Crowd:
+        """After the first round."""
+        rows, count = (3, FRAMES // 2) if isinstance(work, CentreFrames) else (5, FRAMES)
+        shape = work.scene.height, work.scene.width
+        total, frames = np.zeros((REPLICAS, rows, pixel.size)), np.zeros(pixel.size, dtype=np.int64)
+        crowd = cls(work, shape, executor, pixel, total, frames)
+        crowd._more(np.arange(pixel.size), count)
+        return crowd
+
     @property
     def mean(self) -> Floats:
-        """(5, n)."""
+        """(5 or 3, n)."""
         return np.asarray(self.total.mean(axis=0) / self.frames)
 
-    def variance(self, shape: tuple[int, int]) -> Floats:
+    @property
+    def square(self) -> float:
+        """Sum of squared radiance."""
+        return float((self.mean[:3] ** 2).sum())
+
+    def variance(self) -> Floats:
         """Of the means' radiance, summed over the channels, (n,): pooled over the pixels of 3 x 3."""
         each = self.total[:, :3] / self.frames
         own = each.var(axis=0, ddof=1).sum(axis=0) / REPLICAS
         # Pooled per frame: neighbours may have had another number of them.
-        sums = np.zeros((2, shape[0] + 2, shape[1] + 2))
-        row, across = np.divmod(self.pixel, shape[1])
+        sums = np.zeros((2, self.shape[0] + 2, self.shape[1] + 2))
+        row, across = np.divmod(self.pixel, self.shape[1])
         for dy in range(3):
             for dx in range(3):
                 sums[0, row + dy, across + dx] += own * self.frames
@@ -157,48 +203,35 @@ class Crowd:
         pooled = (sums[0] / np.maximum(sums[1], 1))[row + 1, across + 1]
         return np.asarray(pooled / self.frames)
 
+    def refine(self, budget: float, most: int = MOST) -> Floats:
+        """Sample on until the sum of squared errors (n,) is at most ``budget``, or a pixel has the ``most`` frames.
 
-def sample_crowd(
-    scene: Scene, pixel: Ints, budget: float, tolerance: float, executor: Executor | None
-) -> tuple[Crowd, float]:
-    """Means of pixels (n,), and the sum of their squared errors, if possible at most ``budget``.
+        Only pixels that take part in the excess go on; a copy's frames are doubled each time.
+        """
+        while True:
+            variance = self.variance()
+            left = float(variance.sum())
+            if left <= budget or self.pixel.size == 0 or int(self.frames.max()) >= most:
+                return variance
+            # The worst go on: until what they would shed, their error halved, is enough.
+            order = np.argsort(-variance, kind="stable")
+            order = order[self.frames[order] < most]
+            shed = np.cumsum(0.75 * variance[order])
+            stop = int(np.searchsorted(shed, left - budget)) + 1
+            self._more(np.sort(order[: max(stop, order.size // 16)]), 0)
 
-    Only pixels that take part in the excess go on; a copy's frames are doubled each time.
-    """
-    crowd = Crowd(pixel, np.zeros((REPLICAS, 5, pixel.size)), np.zeros(pixel.size, dtype=np.int64))
-    shifts = np.random.default_rng(7).random((REPLICAS, 4))
-    some, count = np.arange(pixel.size), FRAMES
-    while True:
-        _more(crowd, partial(Frames, scene, tolerance=tolerance), shifts, some, count, executor)
-        variance = crowd.variance((scene.height, scene.width))
-        left = float(variance.sum())
-        if left <= budget or pixel.size == 0 or int(crowd.frames.max()) >= MOST:
-            return crowd, left
-        # The worst go on: until what they would shed, their error halved, is enough.
-        order = np.argsort(-variance, kind="stable")
-        order = order[crowd.frames[order] < MOST]
-        shed = np.cumsum(0.75 * variance[order])
-        stop = int(np.searchsorted(shed, left - budget)) + 1
-        some = np.sort(order[: max(stop, order.size // 8)])
-        count = 0
-
-
-def _more(
-    crowd: Crowd, make: Callable[..., Frames], shifts: Floats, some: Ints, count: int, executor: Executor | None
-) -> None:
-    """As many frames again for some pixels, or the first ``count``."""
-    work: list[tuple[int, Ints, Frames]] = []
-    for frames in distinct(crowd.frames[some]).tolist():
-        mine = some[crowd.frames[some] == frames]
-        for part in np.array_split(mine, -(-mine.size // RAYS)):
-            step = max(1, RAYS // part.size)
-            for copy in range(REPLICAS):
+    def _more(self, some: Ints, count: int) -> None:
+        """As many frames again for some pixels, or the first ``count``."""
+        work: list[tuple[Ints, Frames]] = []
+        for frames in distinct(self.frames[some]).tolist():
+            mine = some[self.frames[some] == frames]
+            for part in np.array_split(mine, -(-REPLICAS * mine.size // RAYS)):
+                step = max(1, RAYS // (REPLICAS * part.size))
                 for first in range(frames, 2 * frames or count, step):
                     last = min(first + step, 2 * frames or count)
-                    work.append((copy, part, make(shift=shifts[copy], first=first, last=last)))
-    pixels = [crowd.pixel[part] for _, part, _ in work]
-    sums_of_all = each(_sums, executor, [one for _, _, one in work], pixels)
-    for (copy, part, _), sums in zip(work, sums_of_all, strict=True):
-        crowd.total[copy][:, part] += sums
-    crowd.evaluations += sum(part.size * (one.last - one.first) for _, part, one in work)
-    crowd.frames[some] = np.maximum(2 * crowd.frames[some], count)
+                    work.append((part, replace(self.work, first=first, last=last)))
+        pixels = [self.pixel[part] for part, _ in work]
+        for (part, one), sums in zip(work, each(_sums, self.executor, [w for _, w in work], pixels), strict=True):
+            self.total[:, :, part] += sums
+            self.evaluations += REPLICAS * part.size * (one.last - one.first)
+        self.frames[some] = np.maximum(2 * self.frames[some], count)

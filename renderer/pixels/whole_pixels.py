@@ -21,7 +21,7 @@ RUN = 16
 """Pixels of a row that one ray may speak for."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shown:
     """What an image shows.
 
@@ -52,9 +52,11 @@ def shown_by(regions: Regions, tolerance: float) -> Shown:
     pieces, bad = pieces_of(edges, width, 1, regions)
     crossed = distinct(pieces.cell)
     region = _whole_regions(regions, crossed, searched(regions.geometry) and not bad.size and not crowded.size)
-    if _missed(region.reshape(height, width)).size:
+    missed = _missed(region.reshape(height, width))
+    if missed.size:
         region = _whole_regions(regions, crossed, False)
-    sampled = distinct(np.concatenate((bad, crowded, _missed(region.reshape(height, width)))))
+        missed = _missed(region.reshape(height, width))
+    sampled = distinct(np.concatenate((bad, crowded, missed)))
     rays = rays_in(sampled, width * height, tolerance)
     pieces = resampled(pieces, sampled, rays, regions)
     region[sampled] = EDGE

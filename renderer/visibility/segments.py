@@ -46,7 +46,7 @@ BOXED = 1 << 22
 """Plane-point pairs beyond which the points' bounding box stands for them."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Blockers:
     """The surfaces that may stand between some points and a light.
 

@@ -16,6 +16,9 @@ from .bvh import Hierarchy
 from .segments import Blockers
 from .silhouette import Outline, outline, project, silhouette, surface_of, winding
 
+FEW = 512
+"""Points of one of many light points, below which their rays are followed: a silhouette takes longer."""
+
 
 @lru_cache(maxsize=16)
 def outline_of(geometry: Geometry, hierarchy: Hierarchy, light: Light) -> tuple[Outline | None, str]:
@@ -27,7 +30,7 @@ def outline_of(geometry: Geometry, hierarchy: Hierarchy, light: Light) -> tuple[
     return found, "" if found else "the light lies beside or inside the surface"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CommonVisibility:
     """What stands between many points and single points of one light.
 
@@ -62,8 +65,9 @@ class CommonVisibility:
         at_infinity: bool,
         normal: Floats | None = None,
         outside: Bools | None = None,
+        of: Ints | None = None,
     ) -> Bools:
-        """Which points see the light point ``eye``.
+        """Which points see the light point ``eye``, or each its own of several.
 
         Parameters
         ----------
@@ -71,12 +75,14 @@ class CommonVisibility:
             Points, and from each the way to the light point.
         own : (n,) int64
             Ellipsoid each point lies on, -1 for none.
-        eye : (3, 1) float64
-            The light point, or the direction to it.
+        eye : (3, m) float64
+            The light points, or the directions to them.
         normal : (3, n) float64, optional
             Unit normals; see `Blockers.visible`.
         outside : (n,) bool, optional
             See `ShadingPoints`; those points face the light point.
+        of : (n,) int64, optional
+            Which light point is whose; the first without it.
         """
         seen: Bools = np.ones(points.shape[1], dtype=bool)
         if not self.rest.none:
@@ -84,22 +90,38 @@ class CommonVisibility:
         if self.outline is not None:
             open_ = np.flatnonzero(seen)
             around = None if outside is None else take(outside, open_)
-            seen[open_] = ~self._hidden(self.outline, take(points, open_), take(d, open_), eye, at_infinity, around)
+            which = np.zeros(open_.size, dtype=np.int64) if of is None else take(of, open_)
+            p, way = take(points, open_), take(d, open_)
+            seen[open_] = ~self._hidden(self.outline, p, way, eye, which, at_infinity, around)
         return seen
 
     def _hidden(
-        self, outline: Outline, points: Floats, d: Floats, eye: Floats, at_infinity: bool, outside: Bools | None
+        self,
+        outline: Outline,
+        points: Floats,
+        d: Floats,
+        eyes: Floats,
+        of: Ints,
+        at_infinity: bool,
+        outside: Bools | None,
     ) -> Bools:
-        seen_edges = silhouette(outline, eye, at_infinity)
-        if seen_edges is None:
-            return np.zeros(points.shape[1], dtype=bool)
-        x, y, depth = project(outline, points, eye, at_infinity)
-        if not at_infinity:
-            x = np.where(depth > 0, x, np.inf)
-        hidden = _turned_to(winding(seen_edges, x, y), outside) != 0
+        hidden, few = np.zeros(points.shape[1], dtype=bool), np.zeros(points.shape[1], dtype=bool)
+        counts = np.bincount(of, minlength=eyes.shape[1])
+        for number, mine in enumerate(np.split(np.argsort(of, kind="stable"), np.cumsum(counts)[:-1])):
+            if eyes.shape[1] > 1 and mine.size < FEW:
+                few[mine] = True
+                continue
+            eye = eyes[:, [number]]
+            seen_edges = silhouette(outline, eye, at_infinity)
+            if seen_edges is None:
+                continue
+            x, y, depth = project(outline, take(points, mine), eye, at_infinity)
+            if not at_infinity:
+                x = np.where(depth > 0, x, np.inf)
+            hidden[mine] = _turned_to(winding(seen_edges, x, y), None if outside is None else take(outside, mine)) != 0
         # What the winding number counts may lie behind the point, unless the whole box lies before it.
         k = np.flatnonzero(hidden)
-        unsure = k[~self._beyond(take(points, k), take(d, k))]
+        unsure = np.append(np.flatnonzero(few), k[~self._beyond(take(points, k), take(d, k))])
         if unsure.size:
             p, way = take(points, unsure), take(d, unsure)
             hidden[unsure] = self.blockers.hierarchy_hides(p, way, at_infinity)

@@ -89,7 +89,7 @@ def outline(surface: Surface, light: Floats, at_infinity: bool) -> Outline | Non
     return Outline(axes, start, end, plane, place[: k.size], place[k.size :])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Silhouette:
     """A surface's silhouette from one point, in the plane across the outline's direction.
 

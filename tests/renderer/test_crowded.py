@@ -12,8 +12,9 @@ from test_coverage import relative
 from nusselt.experiments.studies.race.scenes import bumpy_ball_scene
 from nusselt.renderer.camera import rays as camera
 from nusselt.renderer.camera import view
-from nusselt.renderer.estimators import Exact
-from nusselt.renderer.pixels import render_area
+from nusselt.renderer.estimators import Analytic, Exact
+from nusselt.renderer.image import render
+from nusselt.renderer.pixels import render_area, render_centre
 from nusselt.renderer.pixels import supersampling as crowded
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.visibility.segments import small_triangles
@@ -65,9 +66,35 @@ def test_the_error_estimated_holds_against_pixels_that_were_cut(ball, sampled):
 def test_a_wrong_light_is_seen(ball, sampled, monkeypatch):
     """The planted defect: nothing is hidden in what is sampled."""
     right = render_area(ball, Exact(), tolerance=2e-2).image.mean
-    monkeypatch.setattr(crowded, "hidden", lambda points, source, at: np.zeros((3, points.count)))
+    monkeypatch.setattr(crowded, "hidden_from", lambda points, source, at, of: np.zeros((3, points.count)))
     wrong = render_area(ball, Exact(), tolerance=2e-2).image.mean
     assert relative(wrong, right, np.ones(right.shape[1:], dtype=bool)) > 5e-2
+
+
+@pytest.mark.parametrize("tolerance", [3e-2, 5e-3])
+def test_sampled_shadows_of_centres_are_within_what_is_said(ball, sampled, tolerance):
+    every = render(ball, Exact())
+    some = render_centre(ball, Exact(), tolerance=tolerance)
+    error = relative(some.image.mean, every.mean, every.shaded)
+    assert 0 < error <= some.error <= tolerance
+
+
+def test_no_centre_is_sampled_where_little_may_be_lost_or_shadows_are_left_out(ball, sampled, monkeypatch):
+    monkeypatch.setattr(crowded, "hidden_from", lambda points, source, at, of: np.full((3, points.count), 1e3))
+    assert render_centre(ball, Exact(), tolerance=1e-2).image.mean.min() < 0  # the control
+    for estimator, tolerance in ((Exact(), 1e-3), (Analytic(), 1e-2)):
+        assert render_centre(ball, estimator, tolerance=tolerance).image.mean.min() >= 0
+
+
+def test_a_pixel_whose_shadow_light_points_cannot_tell_is_evaluated(ball, sampled, monkeypatch):
+    """The planted defect: what light points say has nothing to do with the shadow."""
+    noise = np.random.default_rng(3)
+    monkeypatch.setattr(
+        crowded, "hidden_from", lambda p, source, at, of: noise.uniform(-2, 2, (1, p.count)) * np.ones((3, 1))
+    )
+    every = render(ball, Exact())
+    some = render_centre(ball, Exact(), tolerance=5e-3)
+    assert relative(some.image.mean, every.mean, every.shaded) <= 5e-3
 
 
 def test_the_executor_changes_no_bit(ball, sampled):
@@ -76,3 +103,6 @@ def test_the_executor_changes_no_bit(ball, sampled):
         there = render_area(ball, Exact(), tolerance=1e-2, executor=pool)
     assert np.array_equal(here.image.mean, there.image.mean)
     assert here.evaluations == there.evaluations
+    with ThreadPoolExecutor(3) as pool:
+        centres = [render_centre(ball, Exact(), tolerance=1e-2, executor=one).image.mean for one in (None, pool)]
+    assert np.array_equal(*centres)

@@ -6,15 +6,12 @@ import numpy as np
 import pytest
 
 from nusselt.renderer.closed_forms import arc_lobe, lobe_edges
+from nusselt.renderer.closed_forms.arc_lambert import lambert_arcs
+from nusselt.renderer.closed_forms.arc_lobe import lobe_arcs
 from nusselt.renderer.closed_forms.circles import panel_rules
-from nusselt.renderer.closed_forms.circles.boundary_integrals import (
-    lambert_arcs,
-    lambert_circles,
-    lobe_arcs,
-    lobe_circles,
-)
-from nusselt.renderer.closed_forms.circles.circles import CircleArcs
+from nusselt.renderer.closed_forms.circles.circles import CircleArcs, lambert_circles
 from nusselt.renderer.closed_forms.circles.cones import Rounds, ellipsoids, spheres
+from nusselt.renderer.closed_forms.circles.lobe import lobe_circles
 from nusselt.renderer.closed_forms.irradiance import irradiance
 from nusselt.renderer.closed_forms.phong_lobe import phong_lobe
 

@@ -16,7 +16,7 @@ ROUNDINGS = 8.0
 """Roundings of a term, in units of eps, counted."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CircleArcs:
     """Arcs first <= phi <= last (k,) of circle cones, one each."""
 

@@ -23,7 +23,7 @@ ALL, NONE = 4.0, -1.0
 """Half widths of an arc that is the whole circle, and of none: not pi and 0, which rounding would blur."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rounds:
     """Circle cones.
 

@@ -34,7 +34,7 @@ AT_ONCE = 512
 """Panels at once: their arrays fit into the cache."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Curves:
     """Circle cones about w, one each of k; forms (3, k): coefficients of cos, sin and 1 of phi - middle.
 
@@ -104,7 +104,7 @@ def _at(form: Floats, x: Floats) -> Floats:
     return np.asarray(form[0] * np.cos(x) + form[1] * np.sin(x) + form[2])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Panels:
     """Stretches a <= y <= b of the curves numbered ``curve``, each array (k,); x = phi - middle = side (half - y).
 
@@ -178,7 +178,7 @@ def _above(curves: _Curves, first: Floats, last: Floats) -> tuple[_Panels, _Pane
     return _joined(core), _joined(ends)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Sums:
     """Shares and bounds (k,) of curves, added up panel by panel."""
 
@@ -297,7 +297,7 @@ class _Sums:
         return stands
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Nodes:
     """Values at nodes, each array (COUNT, k): |v|^2, t > 0, 1 - t^2, the forms of n and w, and the curve's speed."""
 

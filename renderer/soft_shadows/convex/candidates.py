@@ -27,7 +27,7 @@ FEW = 4
 """Bodies for which a shaft costs more than it saves."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pairs:
     """Pairs of a point and a body.
 
@@ -41,7 +41,7 @@ class Pairs:
     body: Ints
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Standing:
     """Bodies that may matter.
 

@@ -14,7 +14,7 @@ from nusselt.renderer.vectors import Bools, Floats, Ints, cross, dot
 from .sections import Square
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Conics:
     """Circle cones cut by the light's plane, one for each pair of a point and a body.
 

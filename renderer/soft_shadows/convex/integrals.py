@@ -30,7 +30,7 @@ QUADRATURE = 1e-12
 """Relative error of the nodes' sum over a part of a small light."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Integral:
     """Value and absolute error bound, each (n,)."""
 

@@ -33,7 +33,7 @@ from .integrals import Integral, displaced, over_arcs, over_nodes, small_lights
 from .rims import rims
 from .strips import Bodies, Trapezoids, trapezoids
 
-BLOCK = 4096
+BLOCK = 8192
 """Points handled at once."""
 
 ROUTES = ("unlit", "lit", "hidden", "exact", "coarse", "silhouette", "sampled")
@@ -54,7 +54,7 @@ class Tally:
         self.counts[route] += int(count)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Found:
     """Light at n points.
 
@@ -76,7 +76,7 @@ class Found:
     tally: Tally
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class QuadShadows:
     """One light over one set of points.
 

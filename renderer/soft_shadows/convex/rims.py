@@ -15,7 +15,7 @@ from .sections import FINE
 from .strips import Bodies, Trapezoids
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Arcs:
     """Great-circle arcs.
 

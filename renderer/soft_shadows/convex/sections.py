@@ -21,7 +21,7 @@ from nusselt.renderer.vectors import Bools, Floats, Ints, cross, dot
 NO_LINE = -1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Square:
     """A light's square as n points see it.
 
@@ -169,7 +169,7 @@ class Square:
         return np.minimum(2 * self.reach / self.nearest, 1.0)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HalfPlanes:
     """Convex regions of the square, one for each pair of a point and a body: where all lines are >= 0.
 
@@ -263,7 +263,7 @@ ROUND = 1e-14
 """Rounding of a line's value where its coefficients are at most 1: lines that part by less are one."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lines:
     """The same before they are `gathered`: of as many lines each."""
 

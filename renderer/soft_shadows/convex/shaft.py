@@ -18,7 +18,7 @@ ROUNDING = 64 * 2.0**-53
 """What a plane of three products of coordinates may be off, relative to the largest, counted."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Bounds:
     """What holds bodies, each: balls and boxes about the same middles.
 

@@ -23,7 +23,7 @@ BOTTOM, TOP = -1, -2
 """Numbers of the square's sides v = 0 and v = 1 among the curves."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trapezoids:
     """Parts of the square between two curves.
 
@@ -149,7 +149,7 @@ def trapezoids(bodies: Bodies, shortcuts: bool) -> tuple[Bodies, Trapezoids]:
     return bodies, _shaped(bodies, point[strip_of], where, np.stack((gap_below, gap_above)), lit)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Ends:
     """Where flat bodies' rims run in the square.
 

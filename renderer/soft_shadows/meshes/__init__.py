@@ -13,6 +13,6 @@ a bound.
 from __future__ import annotations
 
 from .hidden import hidden_irradiance, shines_clear
-from .shade import bounds_alone, mesh_radiance, why_not
+from .shade import mesh_radiance, why_not
 
-__all__ = ["bounds_alone", "hidden_irradiance", "mesh_radiance", "shines_clear", "why_not"]
+__all__ = ["hidden_irradiance", "mesh_radiance", "shines_clear", "why_not"]

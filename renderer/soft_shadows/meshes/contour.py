@@ -51,7 +51,7 @@ def edge_term(a: Floats, b: Floats, n: Floats) -> Floats:
     return edge_terms(a, b - a, n)[0]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pieces:
     """The parts of silhouette edges that lie before the light; layers on the left seen from the receiver.
 
@@ -148,7 +148,7 @@ def _over_horizon(edges: Candidates, edge: Ints, x: Floats, n: Floats, owner: In
     return first, last
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rim:
     """The light's rim above the horizon of n points, walked from its first corner, which is.
 

@@ -32,8 +32,9 @@ NEARER = (1.0, 2.0**-8, 2.0**-16, 2.0**-24, 0.0)
 PAIRS = 1 << 19
 """Edge-point pairs looked at at once."""
 
-ROUGH = 3e-3
-"""Tolerance of an image from which strips of overlapping layers are merged: it is twenty times what that changes."""
+ROUGH = ((3e-3, 0, 8), (9e-4, 1 << 15, 4))
+"""From which tolerance of an image and for how many edges, which make strips narrow, so many strips of overlapping
+layers are merged: the tolerance is twenty times what that changes."""
 
 WORTH = 1 << 18
 """Edge-point pairs in a block up to which it costs less to look at all than to divide it, where bits do not matter."""
@@ -97,7 +98,7 @@ def hidden_irradiance(
     return out[0], out[1]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Points:
     """Receivers, neighbours next to each other.
 
@@ -144,7 +145,9 @@ def _from_corner(
     order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
     x, n = x[:, order], n[:, order]
     points = Points(x, n, frame.point(x), *_layers(view, frame, x, n, None if outside is None else outside[order]))
-    _blocks(everything, points, frame, _Plan(WORTH if tolerance else 0, tolerance >= ROUGH), order, out)
+    _blocks(
+        everything, points, frame, _Plan(WORTH if tolerance else 0, _merged(tolerance, everything.count)), order, out
+    )
     return out
 
 
@@ -173,15 +176,20 @@ class _Plan:
     ----------
     worth : int
         Pairs of an edge and a point in a block beyond which it is divided.
-    merged : bool
+    merged : int
         See `extra_layers`.
     sizes : tuple of int
         Points in blocks, level by level.
     """
 
     worth: int
-    merged: bool
+    merged: int
     sizes: tuple[int, ...] = LEVELS
+
+
+def _merged(tolerance: float, edges: int) -> int:
+    """How many strips may be taken as one."""
+    return next((most for rough, many, most in ROUGH if tolerance >= rough and edges >= many), 0)
 
 
 def _blocks(edges: Candidates, points: Points, frame: LightFrame, plan: _Plan, names: Ints, out: Floats) -> None:
@@ -200,7 +208,7 @@ def _blocks(edges: Candidates, points: Points, frame: LightFrame, plan: _Plan, n
             out[:, names[t]] = _block(near, points.part(t), frame, plan.merged)
 
 
-def _block(edges: Candidates, points: Points, frame: LightFrame, merged: bool) -> tuple[Floats, Floats]:
+def _block(edges: Candidates, points: Points, frame: LightFrame, merged: int) -> tuple[Floats, Floats]:
     """Hidden irradiance, and a bound of its error, but for that of strips that are ``merged``."""
     x, n = points.x, points.n
     size = edges.size + np.abs(x).max(axis=0)

@@ -17,7 +17,7 @@ from nusselt.renderer.geometry.ragged import take
 from nusselt.renderer.vectors import Bools, Floats, Ints
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Parts:
     """The parts of pieces in strips, each from its strip's lower edge to its upper one.
 
@@ -36,7 +36,7 @@ class Parts:
     step: Ints
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Order:
     """Parts sorted by strip, and in each from left to right at its middle.
 
@@ -124,7 +124,7 @@ BANDS = (1, 6, 24, 96, 384)
 last those where three pieces meet in one point, to rounding."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Swaps:
     """How parts change places between their order at the beginning and that at the end of their ways.
 

@@ -19,12 +19,13 @@ from .rounding import EPS
 
 
 def why_not(source: Source) -> str:
-    """What keeps silhouettes from telling all of a light's shadows; empty if they do."""
+    """What keeps silhouettes from telling all of a light's shadows; empty if they do.
+
+    They do where a quad's shadows are those of big closed meshes on diffuse surfaces, and of nothing else.
+    """
     b = source.blockers
     if source.light.parallelogram() is None:
         return "it is no quad"
-    if b.hierarchy is None:
-        return "no big mesh stands before it"
     if b.offset is not None:
         return "shadow rays are to start off the surface"
     if source.glossy:
@@ -38,13 +39,8 @@ def why_not(source: Source) -> str:
     return "" if shines_clear(source) else "its big mesh reaches behind it"
 
 
-def bounds_alone(source: Source) -> bool:
-    """Whether a quad's shadows are those of big closed meshes on diffuse surfaces, and of nothing else."""
-    return not why_not(source)
-
-
 def mesh_radiance(points: ShadingPoints, source: Source) -> tuple[Floats, Floats]:
-    """Radiance that diffuse points reflect, and a bound of its error; for sources whose shadows `bounds_alone` tells.
+    """Radiance that diffuse points reflect, and a bound of its error; for sources without a `why_not`.
 
     Returns
     -------

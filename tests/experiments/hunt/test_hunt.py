@@ -14,6 +14,7 @@ from click.testing import CliRunner
 
 import nusselt.experiments.hunt.causes as causes_file
 import nusselt.experiments.hunt.hunt as hunt_file
+import nusselt.experiments.hunt.trial as trial_file
 from nusselt.experiments.check.excuse import RULE
 from nusselt.experiments.cli.main import main
 from nusselt.experiments.external.program import ProgramFailed
@@ -95,6 +96,35 @@ def test_two_mistakes_of_a_renderer_are_two_causes_and_a_right_one_has_none(tmp_
     assert [("sphere" in cause.needs, "glossy" in cause.needs) for cause in causes] == [(True, False), (False, True)]
     assert sum(len(cause.seen) for cause in causes) == 3
     assert not _hunted(IndependentSource(), tmp_path / "right", 3).causes.known
+
+
+@dataclass(frozen=True)
+class Scaled(EstimatorSource):
+    """Ours, times a factor."""
+
+    factor: float = 1.0
+
+    def image(self, shot, seed):
+        return self.factor * super().image(shot, seed)
+
+
+def test_pixels_that_are_areas_are_hunted_as_such(tmp_path, monkeypatch):
+    boxed, centred = (next(drawn(0, (16, 16), 16, (), (), rule=rule)) for rule in ("area", "centre"))
+    assert boxed.spp > 1 == centred.spp
+    assert held(boxed) == held(centred)
+    asked = []
+    judge = trial_file.judge_images
+    monkeypatch.setattr(
+        trial_file,
+        "judge_images",
+        lambda scene, images, judging: asked.append(judging.question.pixel_rule) or judge(scene, images, judging),
+    )
+    cases = ((boxed, 1.0, "area", "undecided"), (boxed, 1.5, "area", "differs"), (centred, 1.0, None, ""))
+    for drawn_scene, factor, rule, word in cases:
+        trial = Trial(drawn_scene, Scaled("area", factor=factor), ASKING, 2, relating=0, diagnosing=False)
+        assert trial.judged(trial.shots())[0] == word or not word
+        assert set(asked) == {rule}
+        asked.clear()
 
 
 @dataclass(frozen=True)

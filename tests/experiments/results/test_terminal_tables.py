@@ -10,9 +10,10 @@ from places import ROOT
 from rich.console import Console
 
 from nusselt.experiments.cli.stability import show
+from nusselt.experiments.console import console, say, say_command
 from nusselt.experiments.results.columns import COLUMNS
 from nusselt.experiments.results.study_tables import table
-from nusselt.experiments.results.tables import closing, console, say, say_command, verdict_table
+from nusselt.experiments.results.tables import closing, verdict_table
 from nusselt.experiments.sensors.table import sensor_table
 from nusselt.experiments.verdict.decision import AS_CLAIMED
 

@@ -8,22 +8,18 @@ singularity but at -w, which lies below every receiver's horizon.
 Every kernel gives (share, bound), both (k,): bound >= |error| of the share for exactly the numbers given, from
 rounding and from quadrature. An arc without length has the share 0.
 
-                 great circles   circle cones (outlines of spheres and ellipsoids)
-irradiance       `lambert_arcs`  `lambert_circles`
-lobe             `lobe_arcs`     `lobe_circles`
+             great circles            circle cones (outlines of spheres and ellipsoids)
+irradiance   `lambert_arcs`, here     `circles.circles.lambert_circles`
+lobe         `arc_lobe.lobe_arcs`     `circles.lobe.lobe_circles`
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from nusselt.renderer.closed_forms.arc_lobe import EPS, dot_into, lobe_arcs, no_plane, plane_of
 from nusselt.renderer.vectors import Floats
 
-from .circles import lambert_circles
-from .lobe import lobe_circles
-
-__all__ = ["lambert_arcs", "lambert_circles", "lobe_arcs", "lobe_circles"]
+from .arc_lobe import EPS, dot_into, no_plane, plane_of
 
 ROUNDINGS = 12.0
 """Roundings of a term in units of eps theta |a| |b - a| / |a x b|, counted."""
