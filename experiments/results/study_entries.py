@@ -54,6 +54,7 @@ OF_EXPERIMENTS = (
     Entry("picture_differs", FLAG, "planted-defects: whether 8-bit pictures show it"),
     Entry("structure_differs", FLAG, "planted-defects: whether structural similarity shows it"),
     Entry("pixels_differ", FLAG, "planted-defects: whether a test pixel by pixel shows it"),
+    Entry("perceived", FLAG, "museum: whether FLIP shows it; null where its package is not there"),
     Entry("pixels_changed", FLAG, "museum: whether the share of pixels that changed shows it"),
     Entry("thread", TEXT, "museum: repository and number of the thread that told the bug"),
     Entry("gates_of_right", OBJECT, "museum: what the gates, and the verdict, say of a right image"),
