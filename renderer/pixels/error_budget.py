@@ -8,9 +8,9 @@ import numpy as np
 
 from nusselt.renderer.vectors import Bools, Floats
 
-SQUARES = 512
+SQUARES = 1024
 """Squares, of those that err most, that may spend what all may."""
-CAREFUL = 2.0
+CAREFUL = 3.0
 """How much less than differences allow is believed where one point was tried."""
 MOST = 8.0
 """Of what values may err by in the mean, that one may."""

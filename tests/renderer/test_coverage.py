@@ -11,6 +11,9 @@ from area_truth import KEPT, scenes, solids
 from builders import box, floor, lamp, quad, scene
 
 from nusselt.experiments.scenes import catalogue
+from nusselt.experiments.scenes.cameras import turned
+from nusselt.experiments.studies.race.measure import racer
+from nusselt.experiments.studies.race.scenes import race_scene
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Analytic, Area
 from nusselt.renderer.lights import PointLight
@@ -52,6 +55,16 @@ def test_finer_tolerances_converge(name):
         measured = relative(found.image.mean, truth.image.mean, judged)
         assert measured < tolerance
         assert measured < found.error + truth.error
+
+
+def test_a_highlight_that_passes_between_nodes_beside_a_light_is_not_missed():
+    """With half of what differences allow it was: by nine tolerances."""
+    view = race_scene("near-light", 64)
+    view = view.with_(camera=turned(view.camera, -5.128551431865187, -2.529522182702846, 0.6970568625288982))
+    truth, found = (render_area(view, racer(view), tolerance=tolerance) for tolerance in (1e-4, 1e-3))
+    assert truth.error < 1e-3
+    judged = (truth.image.emitter == 0) & (truth.image.background < 1)
+    assert relative(found.image.mean, truth.image.mean, judged) < 1e-3
 
 
 def clipped_area(polygon, low, high):
