@@ -15,9 +15,10 @@ from nusselt.experiments.search.generator import KINDS, random_scene
 from nusselt.experiments.search.motions import Motion, carried
 from nusselt.experiments.search.twins import extent
 from nusselt.renderer.errors import InputError
-from nusselt.renderer.estimators import Area
+from nusselt.renderer.estimators import Analytic, Area
 from nusselt.renderer.image import render
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight
+from nusselt.renderer.pixels import render_area
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.surfaces import Mesh
 from nusselt.renderer.vectors import cross, dot, unit
@@ -133,6 +134,8 @@ def drawn(
 ) -> Iterator[Scene]:
     """Scenes without end, the same ones for the same arguments; dark ones, by four samples of ours, are left out.
 
+    Of pixels that are areas, so are those that see a light: a thin one is met by few rays, and outshines all else.
+
     Parameters
     ----------
     shape : (int, int)
@@ -159,7 +162,7 @@ def drawn(
             scene = one.without(scene) if one.name in cannot else scene
         if TIES not in also:
             scene = _apart(_turned_one_way(scene), stream(seed, made.scene.name))
-        if _shows_light(scene):
+        if _shows_light(scene) and not (rule == "area" and _sees_a_light(scene)):
             last = number
             yield scene
 
@@ -194,3 +197,7 @@ def _apart(scene: Scene, rng: np.random.Generator) -> Scene:
 def _shows_light(scene: Scene) -> bool:
     image = render(scene, Area(samples=4))
     return bool((image.shaded & (image.mean > 0).any(axis=0)).mean() >= LIT)
+
+
+def _sees_a_light(scene: Scene) -> bool:
+    return bool(render_area(scene, Analytic(), tolerance=0.5).image.emitter.any())
