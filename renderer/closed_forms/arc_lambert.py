@@ -1,4 +1,4 @@
-"""Boundary integrals over arcs: irradiance, and the modified Phong lobe for any real exponent, each with its error.
+"""Irradiance's boundary integral over arcs of great circles, with its error; and what all boundary integrals share.
 
 Irradiance: 1/2 the integral of n . (u x du) over the contour, on a great circle half its angle times n . Gamma
 (Lambert 1760; Arvo 1994, eq. 2). Lobe: (s + 2) I = the integral of {t+^s n + (w.n) (1 - t+^s)/(1 - t^2) w} . (u x du),

@@ -69,19 +69,7 @@ def footprints(regions: Regions, x: Floats, y: Floats, region: Ints, size: Float
     for step in (2 * lens.right / lens.width, 2 * lens.up / lens.height):
         side = away * (step - d * (dot(step, points.normal) / np.where(down == 0, 1.0, down)))  # on its plane
         square += dot(side, side)
-    return Footprints(points.position, points.normal, np.minimum(size * np.sqrt(square) / 2, sizes(regions)[surface]))
-
-
-def sizes(regions: Regions) -> Floats:
-    """Radius (r,) of each surface: what is seen from its edge has a footprint no larger."""
-    g, faces = regions.geometry, regions.faces
-    low, high = np.full((3, faces.count), np.inf), np.full((3, faces.count), -np.inf)
-    for corner in (g.a, g.b, g.c):
-        for least, most, value in zip(low, high, corner, strict=True):
-            np.minimum.at(least, faces.of_triangle, value)
-            np.maximum.at(most, faces.of_triangle, value)
-    flat, round_ = np.sqrt(dot(high - low, high - low)) / 2, np.sqrt((g.axes**2).sum(axis=(1, 2)))
-    return np.concatenate((flat, round_, g.disk_radius))
+    return Footprints(points.position, points.normal, np.minimum(size * np.sqrt(square) / 2, regions.radii[surface]))
 
 
 def doubtful(

@@ -10,7 +10,7 @@ import numpy as np
 from nusselt.renderer.needs import Source
 from nusselt.renderer.vectors import Bools, Floats, Ints, dot
 
-from .doubt import Footprints, doubted, doubtful, footprints, sizes
+from .doubt import Footprints, doubted, doubtful, footprints
 from .moments import Pieces
 from .regions import Regions
 
@@ -86,7 +86,7 @@ def _in_groups(regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floa
     found = _steep(regions, across, down, kind, half, whole) | (count[here] < FEWEST)
     some = np.flatnonzero(~found)
     parts = footprints(regions, across[some], down[some], kind[some], 2 * AROUND * (half[some] + 0.5))
-    found[some] = parts.radius >= sizes(regions)[kind[some] % regions.surfaces]
+    found[some] = parts.radius >= regions.radii[kind[some] % regions.surfaces]
     found[some] |= _close(sources, parts) | doubted(regions, sources, parts)
     doubt = np.zeros(count.size, dtype=bool)
     doubt[here] = found

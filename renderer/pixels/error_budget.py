@@ -38,10 +38,6 @@ class Budget:
         square = limit**2 * values
         return cls(square, square / SQUARES, MOST * limit)
 
-    def possible(self, error: Floats, count: Floats | int) -> Bools:
-        """Which errors of ``count`` values each may be accepted."""
-        return np.asarray((error <= self.most) & (error**2 * count <= self.each))
-
     def takes(self, error: Floats, count: Floats | int) -> Bools:
         """Which errors of ``count`` values each are accepted; they are spent."""
         square = error**2 * count

@@ -113,6 +113,18 @@ class Regions:
         return {}
 
     @cached_property
+    def radii(self) -> Floats:
+        """Radius (r,) of each surface: what is seen from its edge has a footprint no larger; see `doubt`."""
+        g, faces = self.geometry, self.faces
+        low, high = np.full((3, faces.count), np.inf), np.full((3, faces.count), -np.inf)
+        for corner in (g.a, g.b, g.c):
+            for least, most, value in zip(low, high, corner, strict=True):
+                np.minimum.at(least, faces.of_triangle, value)
+                np.maximum.at(most, faces.of_triangle, value)
+        flat, round_ = np.sqrt(dot(high - low, high - low)) / 2, np.sqrt((g.axes**2).sum(axis=(1, 2)))
+        return np.concatenate((flat, round_, g.disk_radius))
+
+    @cached_property
     def _live(self) -> Ints:
         return np.flatnonzero(self.pencil.live)
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import ClassVar
 
 import numpy as np
 
@@ -81,12 +82,17 @@ def around_agrees(label: Ints) -> Bools:
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """A piece of work: frames ``first`` to ``last`` of all copies, in some pixels; ``tolerance`` is the image's."""
+    """A piece of work: frames ``first`` to ``last`` of all copies, in some pixels; ``tolerance`` is the image's.
+
+    ``sums``: how many numbers a pixel has; ``begin``: frames of each copy in the first round.
+    """
 
     scene: Scene
     tolerance: float
     first: int = 0
     last: int = 0
+    sums: ClassVar[int] = 5
+    begin: ClassVar[int] = FRAMES
 
     @property
     def places(self) -> Floats:
@@ -120,6 +126,9 @@ def _turned(light: Floats, source: Source) -> Floats:
 
 class CentreFrames(Frames):
     """The same of light points alone, for pixels that reflect at their centres."""
+
+    sums: ClassVar[int] = 3
+    begin: ClassVar[int] = FRAMES // 2
 
     def __call__(self, pixel: Ints) -> Floats:
         """Sums (REPLICAS, 3, n) over the frames of radiance."""
@@ -172,11 +181,10 @@ class Crowd:
     @classmethod
     def begun(cls, work: Frames, pixel: Ints, executor: Executor | None) -> Crowd:
         """After the first round."""
-        rows, count = (3, FRAMES // 2) if isinstance(work, CentreFrames) else (5, FRAMES)
         shape = work.scene.height, work.scene.width
-        total, frames = np.zeros((REPLICAS, rows, pixel.size)), np.zeros(pixel.size, dtype=np.int64)
+        total, frames = np.zeros((REPLICAS, work.sums, pixel.size)), np.zeros(pixel.size, dtype=np.int64)
         crowd = cls(work, shape, executor, pixel, total, frames)
-        crowd._more(np.arange(pixel.size), count)
+        crowd._more(np.arange(pixel.size), work.begin)
         return crowd
 
     @property
