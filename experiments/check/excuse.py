@@ -71,9 +71,11 @@ class OwnError:
         return f"{'; '.join(causes) or LIFTS}: {told}, which explains that {reason}"
 
 
-def own_error(scene: Scene, seed: int, executor: Executor | None = None) -> OwnError:
-    """Both together; nothing where nothing is known."""
+def own_error(scene: Scene, seed: int, executor: Executor | None = None) -> OwnError | None:
+    """Both together; None where nothing is known."""
     known, rounded = rule_error(scene, seed, executor), rounding_error(scene)
+    if known is None and not rounded.any():
+        return None
     return OwnError(*(known or (np.zeros_like(rounded), np.zeros_like(rounded))), rounded)
 
 
@@ -138,6 +140,8 @@ def reconsidered(
     if verdict.word != "differs" or reference.renderer != "mitsuba":
         return verdict
     known = own_error(scene, seed, executor)
+    if known is None:
+        return verdict
     difference = reference.mean - ours.mean
     shaded = ours.shaded & (reference.emitter == 0) & (reference.background == 0)
     left = np.where(shaded, known.left(difference), difference)

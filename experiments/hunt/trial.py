@@ -134,13 +134,13 @@ class Trial:
             pixel_rule="area" if self.scene.spp > 1 else None,
             level=Level(asked.alpha, self.rows),
         )
-        judging = Judging(question, External(), "", KeptReferences(None, None), diagnose=False)
+        judging = Judging(question, External(), "", KeptReferences(None, None), diagnose=self.diagnosing)
         found = judge_images(self.scene, images, judging)
-        if found.row["verdict"] != "differs":
-            return found.row["verdict"], None
-        if explained := self._explained(found, images, judging):
+        row = found.row
+        if row["verdict"] != "differs":
+            return row["verdict"], None
+        if explained := self._explained(found, images, replace(judging, diagnose=False)):
             return "differs", explained
-        row = judge_images(self.scene, images, replace(judging, diagnose=True)).row if self.diagnosing else found.row
         mistakes = row["likely_mistakes"]
         hint = f"{mistakes[0]['detail']}; {mistakes[0]['hint']}" if mistakes else "; ".join(row["where"])
         return "differs", Failing(BESIDE, row["reason"], tuple(one["name"] for one in mistakes), hint)
@@ -150,6 +150,8 @@ class Trial:
         if not isinstance(self.source, MitsubaSource):
             return None
         known = own_error(self.scene, self.asking.seed)
+        if known is None:
+            return None
         truth, shaded = found.truth.reference.mean, found.sides.image.shaded
         difference = np.mean(images, axis=0).transpose(2, 0, 1) - truth
         explained = np.where(shaded, difference - known.left(difference), 0.0).transpose(1, 2, 0)
