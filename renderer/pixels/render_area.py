@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nusselt.renderer.estimators.protocol import Estimator
-from nusselt.renderer.image import Image
+from nusselt.renderer.image import Image, sums_over
 from nusselt.renderer.needs import LeftOut, Needs
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
@@ -112,8 +112,7 @@ def render_area(
 
     rest = first.settled + refine(first.items, shown.edges, regions, shade, budget, jumps, doubt)
     image = _assemble(scene, regions, palette, shown, first, needs.left_out)
-    lit = float(np.einsum("hw,hw->", np.einsum("chw,chw->hw", image.mean, image.mean), image.shaded.astype(np.float64)))
-    square = max(first.square, lit)  # what was first found may be nothing
+    square = max(first.square, sums_over(image.mean, image.shaded)[1])  # what was first found may be nothing
     error = min(math.sqrt(rest / square), 1.0) if square > 0 else float(rest > 0)
     parts = int(shown.pieces.cell.size)
     return AreaImage(image, error, tolerance, shade.evaluations, parts, int(shown.sampled.pixel.size))

@@ -12,7 +12,7 @@ from nusselt.experiments.scenes import catalogue
 from nusselt.experiments.workers import worker_pool
 from nusselt.renderer.ambiguous_pixels import Tolerance
 from nusselt.renderer.estimators import Area
-from nusselt.renderer.image import render
+from nusselt.renderer.image import Image, render
 from nusselt.renderer.lights import DirectionalLight, PointLight, QuadLight
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.surfaces import Ellipsoid, Material
@@ -180,3 +180,9 @@ def test_pixels_near_an_edge_are_marked_and_few():
 def test_a_scene_without_light_or_surface_is_black():
     assert (render(scene(), Area()).mean == 0).all()
     assert (render(scene(floor()), Area()).mean == 0).all()
+
+
+def test_what_is_not_shaded_has_no_say_in_the_mean():
+    mean, emitter = np.full((3, 200, 2), 2.0), np.zeros((200, 2))
+    mean[:, 150, 1], emitter[150, 1] = np.nan, 1.0
+    assert Image.without_noise(mean, emitter, np.zeros((200, 2))).pass_means == [2.0]
