@@ -14,7 +14,7 @@ from nusselt.renderer.vectors import Bools, Floats, Ints
 
 from .bvh import Hierarchy
 from .segments import Blockers
-from .silhouette import Outline, outline, project, silhouette, surface_of, winding
+from .silhouette import Outline, Silhouette, outline, project, silhouette, surface_of, winding
 
 FEW = 512
 """Points of one of many light points, below which their rays are followed: a silhouette takes longer."""
@@ -28,6 +28,12 @@ def outline_of(geometry: Geometry, hierarchy: Hierarchy, light: Light) -> tuple[
         return None, reason
     found = outline(surface, light.hull(), light.at_infinity)
     return found, "" if found else "the light lies beside or inside the surface"
+
+
+@lru_cache(maxsize=32)
+def _silhouette(outline: Outline, eye: bytes) -> Silhouette | None:
+    """From one of the few light points at which layers are counted, again and again."""
+    return silhouette(outline, np.frombuffer(eye).reshape(3, 1), False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +139,7 @@ class CommonVisibility:
         ``outside`` as in `seen`.
         """
         found: Ints = np.zeros(points.shape[1], dtype=np.int64)
-        edges = silhouette(self.outline, eye, False) if self.outline is not None else None
+        edges = _silhouette(self.outline, eye.tobytes()) if self.outline is not None else None
         if edges is not None and self.outline is not None:
             x, y, depth = project(self.outline, points, eye, False)
             found = _turned_to(winding(edges, np.where(depth > 0, x, np.inf), y), outside)

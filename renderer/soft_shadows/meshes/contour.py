@@ -13,7 +13,7 @@ from nusselt.renderer.vectors import Floats, Ints, cross, dot
 from .light_frame import Candidates, LightFrame
 
 
-def edge_terms(a: Floats, way: Floats, n: Floats, size: Floats | float = 0.0) -> tuple[Floats, Floats]:
+def edge_terms(a: Floats, way: Floats, n: Floats, size: Floats | float | None = 0.0) -> tuple[Floats, Floats]:
     """Lambert's -1/2 angle(a, b) n . (a x b)/|a x b| with b = a + way, and what rounding does to it.
 
     Positive along a counter-clockwise rim above the horizon. The product a x way and the angle from atan2 keep their
@@ -23,8 +23,8 @@ def edge_terms(a: Floats, way: Floats, n: Floats, size: Floats | float = 0.0) ->
     ----------
     a, way, n : (3, m) float64
         The way is rounded relative to itself.
-    size : (m,) float64
-        Magnitude of the coordinates whose rounding moves a and b.
+    size : (m,) float64, optional
+        Magnitude of the coordinates whose rounding moves a and b; without it there is no doubt, 0.
 
     Returns
     -------
@@ -38,17 +38,20 @@ def edge_terms(a: Floats, way: Floats, n: Floats, size: Floats | float = 0.0) ->
     sine = np.sqrt(dot(normal, normal))
     angle = np.arctan2(sine, square + along)
     inverse = np.divide(angle, sine, out=np.zeros_like(sine), where=sine > 0)
+    term: Floats = -0.5 * inverse * dot(n, normal)
+    if size is None:
+        return term, np.zeros_like(term)
     length = dot(way, way)
     doubt = inverse * np.sqrt(square * length)
     near = np.minimum(square, square + 2 * along + length)
     with np.errstate(divide="ignore", invalid="ignore"):
         doubt *= 1 + np.where(near > 0, size / np.sqrt(np.maximum(near, 0)), np.inf)
-    return -0.5 * inverse * dot(n, normal), doubt
+    return term, doubt
 
 
 def edge_term(a: Floats, b: Floats, n: Floats) -> Floats:
     """Lambert's term from a to b: see `edge_terms`."""
-    return edge_terms(a, b - a, n)[0]
+    return edge_terms(a, b - a, n, None)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,39 +179,41 @@ class Rim:
     q: Floats
 
     @classmethod
-    def of(cls, x: Floats, n: Floats, frame: LightFrame, size: Floats) -> Rim:
-        """For points x with normals n, (3, n), and coordinates of magnitude ``size`` (n,)."""
-        corners = frame.rim[:, :, None] - x[:, None, :]
-        height = dot(n[:, None, :], corners)
-        terms, begin, q, doubt = [], [], np.zeros((2, x.shape[1])), np.zeros(x.shape[1])
-        sinks = np.zeros((5, x.shape[1]), dtype=bool)  # the horizon's part comes after the side that sinks
-        horizon = np.zeros((2, 3, x.shape[1]))
-        for j in range(4):
-            a, b, ha, hb = corners[:, j], corners[:, (j + 1) % 4], height[j], height[(j + 1) % 4]
-            crosses = (ha >= 0) != (hb >= 0)
-            share = np.divide(ha, ha - hb, out=np.zeros_like(ha), where=crosses)
-            at = a + share * (b - a)
-            sinks[j + 1] = crosses & (ha >= 0)
-            for end, mine in ((0, sinks[j + 1]), (1, crosses & (ha < 0))):
-                horizon[end] = np.where(mine, at, horizon[end])
-                q[end] = np.where(mine, (share, 1.0, 1 - share, 0.0)[j], q[end])
-            start, stop = np.where(ha >= 0, a, at), np.where(hb >= 0, b, at)
-            term, more = edge_terms(start, stop - start, n, size)
-            terms.append(np.where((ha >= 0) | (hb >= 0), term, 0.0))
-            doubt += more
-            begin.append(start)
+    def of(cls, x: Floats, n: Floats, frame: LightFrame, size: Floats | None) -> Rim:
+        """For points x with normals n, (3, n), and coordinates of magnitude ``size`` (n,), if doubts are asked for."""
+        a, count = frame.rim.T[:, :, None] - x, x.shape[1]  # corner by corner
+        ha = dot(n[:, None, :], a.swapaxes(0, 1))
+        b, hb = np.roll(a, -1, axis=0), np.roll(ha, -1, axis=0)
+        up = np.stack((ha >= 0, hb >= 0))
+        crosses = up[0] != up[1]
+        share = np.divide(ha, ha - hb, out=np.zeros_like(ha), where=crosses)
+        at = a + share[:, None] * (b - a)
+        each, along = np.arange(count), np.stack((share[0], np.ones(count), 1 - share[2], np.zeros(count)))
+        horizon, q = np.zeros((2, 3, count)), np.zeros((2, count))
+        for end, mine in enumerate((crosses & up[0], crosses & up[1])):
+            side, here = 3 - mine[::-1].argmax(axis=0), mine.any(axis=0)
+            horizon[end] = np.where(here, at[side, :, each].T, 0.0)
+            q[end] = np.where(here, along[side, each], 0.0)
+        sinks = np.concatenate((np.zeros((1, count), dtype=bool), crosses & up[0]))  # the horizon comes after this side
+        begin = np.concatenate((np.where(up[0][:, None], a, at), horizon[:1]))
+        way = np.concatenate((np.where(up[1][:, None], b, at), horizon[1:])) - begin
+        first, way = (v.swapaxes(0, 1).reshape(3, -1) for v in (begin, way))
+        normal = np.tile(n, 5)
+        terms, doubts = (
+            v.reshape(5, count) for v in edge_terms(first, way, normal, None if size is None else np.tile(size, 5))
+        )
+        terms[:4] *= up.any(axis=0)
         cut = sinks.any(axis=0)
-        term, more = edge_terms(horizon[0], horizon[1] - horizon[0], n, size)
-        level = np.where(cut, term, 0.0)
-        before = np.cumsum(np.stack([np.zeros(x.shape[1]), *terms]), axis=0)
+        level = np.where(cut, terms[4], 0.0)
+        before = np.cumsum(np.vstack((np.zeros(count), terms[:4])), axis=0)
         sunk = np.cumsum(sinks, axis=0) > 0
         passed = before[:4] + np.where(sunk[:4], level, 0.0)
         own = np.where(sinks, before, 0.0).sum(axis=0)
         return cls(
-            np.stack([*begin, horizon[0]]),
+            begin,
             np.concatenate((passed, own[None])),
             before[4] + level,
-            doubt + np.where(cut, more, 0.0),
+            doubts[:4].sum(axis=0) + np.where(cut, doubts[4], 0.0),
             sinks[1] & (q[1] > q[0]),
             q * cut,
         )
@@ -243,15 +248,15 @@ def on_left(cut: Pieces, rim: Rim) -> tuple[Floats, Ints]:
     return np.concatenate(at), np.repeat([-1, 1], cut.owner.size)
 
 
-def layers(cut: Pieces, rim: Rim, n: Floats, start: Ints, size: Floats) -> tuple[Floats, Floats]:
+def layers(cut: Pieces, rim: Rim, n: Floats, start: Ints, size: Floats | None) -> tuple[Floats, Floats]:
     """int f w over the light for points with normals n (3, n) and layers ``start`` (n,) before the first corner.
 
     Along the rim from that corner, w falls where a piece enters and rises where one leaves. Returned with the sum of
-    all terms' doubts, for coordinates of magnitude ``size`` (n,).
+    all terms' doubts, for coordinates of magnitude ``size`` (n,); 0 without it.
     """
     count = n.shape[1]
     normal = take(n, cut.owner)
-    term, doubt = edge_terms(cut.a, cut.b - cut.a, normal, take(size, cut.owner))
+    term, doubt = edge_terms(cut.a, cut.b - cut.a, normal, None if size is None else take(size, cut.owner))
     value = start * rim.whole + np.bincount(cut.owner, term, minlength=count)
     rims = np.abs(start)
     for side, end, jump in ((cut.enters, cut.a, -1.0), (cut.leaves, cut.b, 1.0)):

@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from nusselt.renderer.geometry.ragged import take
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.needs import Source
 from nusselt.renderer.vectors import Floats, Ints, column, distinct, dot
@@ -15,7 +16,7 @@ from nusselt.renderer.visibility.bvh import morton
 from nusselt.renderer.visibility.shared_points import CommonVisibility
 from nusselt.renderer.visibility.silhouette import Outline
 
-from .contour import Rim, before_corner, layers, on_left, pieces
+from .contour import Pieces, Rim, before_corner, layers, on_left, pieces
 from .light_frame import Candidates, LightFrame
 from .overlap import extra_layers
 from .rounding import on_folds, rounding
@@ -28,6 +29,9 @@ SPOT = (0.3819660112501051, 0.2763932022500210)
 
 NEARER = (1.0, 2.0**-8, 2.0**-16, 2.0**-24, 0.0)
 """How much nearer to its first corner for points whose horizon hides that."""
+
+HIGH = 0.5
+"""Of the highest corner's height, another's that serves as well."""
 
 PAIRS = 1 << 19
 """Edge-point pairs looked at at once."""
@@ -74,7 +78,8 @@ def hidden_irradiance(
     Returns
     -------
     value, bound : (m,) float64
-        Irradiance, relative to radiance 1, and a bound of its absolute error: see `rounding`.
+        Irradiance, relative to radiance 1, and a bound of its absolute error: see `rounding`. With a tolerance there
+        is no bound, inf.
 
     Raises
     ------
@@ -89,13 +94,28 @@ def hidden_irradiance(
     out = np.zeros((2, x.shape[1]))
     own = LightFrame.of(light)
     height = dot(n[:, None, :], own.rim[:, :, None] - x[:, None, :])
-    highest = np.where((height.max(axis=0) > 0) & (own.point(x)[2] > 0), height.argmax(axis=0), -1)
-    for corner in distinct(highest[highest >= 0]).tolist():
-        # The rim is walked from the corner that is highest over the point's horizon.
-        k = np.flatnonzero(highest == corner)
+    first = np.where((height.max(axis=0) > 0) & (own.point(x)[2] > 0), _first_corner(height, tolerance), -1)
+    for corner in distinct(first[first >= 0]).tolist():
+        k = np.flatnonzero(first == corner)
         around = None if outside is None else outside[k]
         out[:, k] = _from_corner(view, LightFrame.turned(light, corner), x[:, k], n[:, k], around, tolerance)
     return out[0], out[1]
+
+
+def _first_corner(height: Floats, tolerance: float) -> Ints:
+    """From which corner of the light each point's rim is walked (m,): the highest over its horizon, (4, m), or, where
+    bits do not matter, one of few that are at least HIGH of that.
+    """
+    found: Ints = height.argmax(axis=0)
+    if not tolerance:
+        return found
+    left = height >= HIGH * height.max(axis=0)
+    while left.any():
+        corner = int(left.sum(axis=1).argmax())
+        mine = left[corner].copy()
+        found[mine] = corner
+        left[:, mine] = False
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +138,7 @@ class Points:
     spot: Floats
     within: Ints
 
-    def part(self, s: slice) -> Points:
+    def part(self, s: slice | Ints) -> Points:
         return Points(self.x[:, s], self.n[:, s], self.local[:, s], self.spot[:, s], self.within[s])
 
 
@@ -145,9 +165,7 @@ def _from_corner(
     order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
     x, n = x[:, order], n[:, order]
     points = Points(x, n, frame.point(x), *_layers(view, frame, x, n, None if outside is None else outside[order]))
-    _blocks(
-        everything, points, frame, _Plan(WORTH if tolerance else 0, _merged(tolerance, everything.count)), order, out
-    )
+    _blocks(everything, points, frame, _Plan.of(tolerance, everything.count), order, out)
     return out
 
 
@@ -174,6 +192,8 @@ class _Plan:
 
     Parameters
     ----------
+    rough : bool
+        Whether bits do not matter, nor bounds.
     worth : int
         Pairs of an edge and a point in a block beyond which it is divided.
     merged : int
@@ -182,14 +202,16 @@ class _Plan:
         Points in blocks, level by level.
     """
 
+    rough: bool
     worth: int
     merged: int
     sizes: tuple[int, ...] = LEVELS
 
-
-def _merged(tolerance: float, edges: int) -> int:
-    """How many strips may be taken as one."""
-    return next((most for rough, many, most in ROUGH if tolerance >= rough and edges >= many), 0)
+    @classmethod
+    def of(cls, tolerance: float, edges: int) -> _Plan:
+        """For an image of that tolerance, and so many edges."""
+        merged = next((most for rough, many, most in ROUGH if tolerance >= rough and edges >= many), 0)
+        return cls(tolerance > 0, WORTH if tolerance else 0, merged)
 
 
 def _blocks(edges: Candidates, points: Points, frame: LightFrame, plan: _Plan, names: Ints, out: Floats) -> None:
@@ -205,19 +227,41 @@ def _blocks(edges: Candidates, points: Points, frame: LightFrame, plan: _Plan, n
         step = max(1, PAIRS // max(near.count, 1))
         for begin in range(first, min(first + size, count), step):
             t = slice(begin, min(begin + step, first + size))
-            out[:, names[t]] = _block(near, points.part(t), frame, plan.merged)
+            out[:, names[t]] = _block(near, points.part(t), frame, plan)
 
 
-def _block(edges: Candidates, points: Points, frame: LightFrame, merged: int) -> tuple[Floats, Floats]:
-    """Hidden irradiance, and a bound of its error, but for that of strips that are ``merged``."""
+def _block(edges: Candidates, points: Points, frame: LightFrame, plan: _Plan) -> tuple[Floats, Floats]:
+    """Hidden irradiance, and a bound of its error; none where bits do not matter."""
     x, n = points.x, points.n
-    size = edges.size + np.abs(x).max(axis=0)
     height = edges.heights(x)
     cut = pieces(edges, height, x, n, points.local, frame)
+    if plan.rough:
+        return _of_busy(cut, points, frame, plan.merged), np.full(x.shape[1], np.inf)
+    size = edges.size + np.abs(x).max(axis=0)
+    value, doubt, lengths = _kept(cut, points, frame, size)
+    error = rounding(cut, x, n, size, frame, doubt, lengths)
+    return value, np.where(on_folds(edges, height, x, n, size), np.inf, error)
+
+
+def _of_busy(cut: Pieces, points: Points, frame: LightFrame, merged: int) -> Floats:
+    """Hidden irradiance, without looking at points that nothing hides."""
+    busy = points.within > 0
+    busy[cut.owner] = True
+    k, value = np.flatnonzero(busy), np.zeros(busy.size)
+    if k.size:
+        number = np.cumsum(busy) - 1
+        value[k] = _kept(replace(cut, owner=take(number, cut.owner)), points.part(k), frame, None, merged)[0]
+    return value
+
+
+def _kept(
+    cut: Pieces, points: Points, frame: LightFrame, size: Floats | None, merged: int = 0
+) -> tuple[Floats, Floats, Floats]:
+    """Hidden irradiance, and the doubts and lengths that `rounding` asks for; see `extra_layers` for ``merged``."""
+    x, n = points.x, points.n
     rim = Rim.of(x, n, frame, size)
     at, jump = on_left(cut, rim)
     start = before_corner(cut, at, jump, points.spot, points.within)
     value, doubt = layers(cut, rim, n, start, size)
     extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame, merged)
-    error = rounding(cut, x, n, size, frame, doubt + more, lengths)
-    return value - extra, np.where(on_folds(edges, height, x, n, size), np.inf, error)
+    return value - extra, doubt + more, lengths
