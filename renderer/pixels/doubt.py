@@ -208,13 +208,14 @@ def in_doubt(parts: Footprints, light: Light, start: Floats, end: Floats) -> NDA
         centre, around = (low + high) / 2, np.sqrt(dot(high - low, high - low)) / 2 + some.reach.max()
         away = middle - centre
         near = np.flatnonzero(dot(away, away) <= (around + half) ** 2)
-        # Not each edge's own distance and height, but what a product of matrices tells of both, and rounding.
-        at, away, beyond = some.position - centre, away[:, near], half[near]
-        gap = dot(at, at)[:, None] + dot(away, away) - 2 * at.T @ away
-        meet = gap <= (some.reach[:, None] + beyond) ** 2 + slack * span
+        # Not each edge's own distance and height, but what products of matrices tell of both, and rounding.
+        at, away, beyond, one = some.position - centre, away[:, near], half[near], np.ones(block.size)
+        rows = np.vstack((-2 * at, dot(at, at) - some.reach**2 - slack * span, -2 * some.reach, one))
+        meet = rows.T @ np.vstack((away, np.ones(near.size), beyond, dot(away, away) - beyond**2)) <= 0
         level = dot(normal, at)[:, None] - slack
-        meet &= (normal.T @ (start[:, near] - centre) >= level) | (normal.T @ (end[:, near] - centre) >= level)
-        point, edge = np.nonzero(meet)
+        over, along = normal.T @ away, normal.T @ (way[:, near] / 2)
+        meet &= over + np.abs(along) >= level
+        point, edge = np.divmod(np.flatnonzero(meet), max(near.size, 1))
         ends = start[:, near[edge]], end[:, near[edge]]
         low, high = _above(some.position[:, point], normal[:, point], *ends)
         found[block[point[some.take(point).holds(*ends, low, high)]]] = True

@@ -83,11 +83,11 @@ def first_values(
     alone, own = _doubtful(regions, needs, region, pieces)
     small = SmallFaces.of(regions, region, pieces, alone, own) if needs.sources else None
     rough = _junction(shown.pieces, mine, small.label if small else pieces.region)
-    rough |= np.isin(pieces.cell, shown.sampled.pixel)
-    rough |= regions.seen(pieces.x, pieces.y) != pieces.region
     if small:  # they are not filled from others
         region.reshape(-1)[small.pixel], alone.reshape(-1)[small.pixel] = EDGE, False
         pieces, own, rough = pieces.take(small.others), own[small.others], rough[small.others]
+    rough |= np.isin(pieces.cell, shown.sampled.pixel)
+    rough |= regions.seen(pieces.x, pieces.y) != pieces.region
 
     def evaluate(pixel: Ints, piece: Ints) -> Floats:
         x, y = pixel % width + 0.5, pixel // width + 0.5
