@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +77,12 @@ class Pieces:
     leaves: Ints
     p: Floats
     q: Floats
+
+    @classmethod
+    def joined(cls, parts: list[Pieces]) -> Pieces:
+        """One after the other."""
+        names = [part.name for part in fields(cls)]
+        return cls(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
 
 
 HORIZON = 1e-12

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -36,6 +37,9 @@ HIGH = 0.5
 PAIRS = 1 << 19
 """Edge-point pairs looked at at once."""
 
+PIECES = 1 << 15
+"""Pieces of edges before the light that are looked at at once, where bits do not matter."""
+
 ROUGH = ((3e-3, 0, 8), (9e-4, 1 << 15, 4))
 """From which tolerance of an image and for how many edges, which make strips narrow, so many strips of overlapping
 layers are merged: the tolerance is twenty times what that changes."""
@@ -51,6 +55,12 @@ def shines_clear(source: Source) -> bool:
     outline, light = CommonVisibility.of(source.blockers, source.light).outline, source.light.parallelogram()
     if outline is None or light is None:
         return False
+    return _before(outline, light)
+
+
+@lru_cache(maxsize=8)
+def _before(outline: Outline, light: QuadLight) -> bool:
+    """Whether all of an outline lies on a light's shining side."""
     frame = LightFrame.of(light)
     return bool(min(frame.point(ends)[2].min(initial=1) for ends in (outline.start, outline.end)) > 0)
 
@@ -165,7 +175,13 @@ def _from_corner(
     order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
     x, n = x[:, order], n[:, order]
     points = Points(x, n, frame.point(x), *_layers(view, frame, x, n, None if outside is None else outside[order]))
-    _blocks(everything, points, frame, _Plan.of(tolerance, everything.count), order, out)
+    plan = _Plan.of(tolerance, everything.count)
+    blocks = _blocks(everything, points, plan)
+    if tolerance:
+        out[:, order] = _roughly(blocks, points, frame, plan.merged), np.full(order.size, np.inf)
+        return out
+    for near, s in blocks:
+        out[:, order[s]] = _block(near, points.part(s), frame)
     return out
 
 
@@ -192,8 +208,6 @@ class _Plan:
 
     Parameters
     ----------
-    rough : bool
-        Whether bits do not matter, nor bounds.
     worth : int
         Pairs of an edge and a point in a block beyond which it is divided.
     merged : int
@@ -202,7 +216,6 @@ class _Plan:
         Points in blocks, level by level.
     """
 
-    rough: bool
     worth: int
     merged: int
     sizes: tuple[int, ...] = LEVELS
@@ -211,40 +224,50 @@ class _Plan:
     def of(cls, tolerance: float, edges: int) -> _Plan:
         """For an image of that tolerance, and so many edges."""
         merged = next((most for rough, many, most in ROUGH if tolerance >= rough and edges >= many), 0)
-        return cls(tolerance > 0, WORTH if tolerance else 0, merged)
+        return cls(WORTH if tolerance else 0, merged)
 
 
-def _blocks(edges: Candidates, points: Points, frame: LightFrame, plan: _Plan, names: Ints, out: Floats) -> None:
-    """Blocks within blocks; one that no edge reaches has one number of layers, and no strips."""
+def _blocks(edges: Candidates, points: Points, plan: _Plan, start: int = 0) -> Iterator[tuple[Candidates, slice]]:
+    """Blocks within blocks, and the edges that reach each; ``start`` points lie before these."""
     size, count = plan.sizes[0], points.within.size
     for first in range(0, count, size):
-        s = slice(first, first + size)
-        some = points.part(s)
+        some = points.part(slice(first, first + size))
         near = edges.near(some.x, some.local)
         if len(plan.sizes) > 1 and near.count * some.within.size > plan.worth:
-            _blocks(near, some, frame, replace(plan, sizes=plan.sizes[1:]), names[s], out)
+            yield from _blocks(near, some, replace(plan, sizes=plan.sizes[1:]), start + first)
             continue
         step = max(1, PAIRS // max(near.count, 1))
         for begin in range(first, min(first + size, count), step):
-            t = slice(begin, min(begin + step, first + size))
-            out[:, names[t]] = _block(near, points.part(t), frame, plan)
+            yield near, slice(start + begin, start + min(begin + step, first + size, count))
 
 
-def _block(edges: Candidates, points: Points, frame: LightFrame, plan: _Plan) -> tuple[Floats, Floats]:
-    """Hidden irradiance, and a bound of its error; none where bits do not matter."""
+def _block(edges: Candidates, points: Points, frame: LightFrame) -> tuple[Floats, Floats]:
+    """Hidden irradiance, and a bound of its error; where no edge reaches there is one number of layers, no strips."""
     x, n = points.x, points.n
-    height = edges.heights(x)
+    size, height = edges.size + np.abs(x).max(axis=0), edges.heights(x)
     cut = pieces(edges, height, x, n, points.local, frame)
-    if plan.rough:
-        return _of_busy(cut, points, frame, plan.merged), np.full(x.shape[1], np.inf)
-    size = edges.size + np.abs(x).max(axis=0)
     value, doubt, lengths = _kept(cut, points, frame, size)
     error = rounding(cut, x, n, size, frame, doubt, lengths)
     return value, np.where(on_folds(edges, height, x, n, size), np.inf, error)
 
 
+def _roughly(blocks: Iterator[tuple[Candidates, slice]], points: Points, frame: LightFrame, merged: int) -> Floats:
+    """Hidden irradiance: of many blocks at once, and without looking at points that nothing hides."""
+    value = np.zeros(points.within.size)
+    cuts: list[Pieces] = []
+    begin = held = 0
+    for near, s in blocks:
+        some = points.part(s)
+        cut = pieces(near, near.heights(some.x), some.x, some.n, some.local, frame)
+        cuts.append(replace(cut, owner=cut.owner + (s.start - begin)))
+        held += cut.owner.size
+        if held > PIECES or s.stop == value.size:
+            value[begin : s.stop] = _of_busy(Pieces.joined(cuts), points.part(slice(begin, s.stop)), frame, merged)
+            cuts, begin, held = [], s.stop, 0
+    return value
+
+
 def _of_busy(cut: Pieces, points: Points, frame: LightFrame, merged: int) -> Floats:
-    """Hidden irradiance, without looking at points that nothing hides."""
     busy = points.within > 0
     busy[cut.owner] = True
     k, value = np.flatnonzero(busy), np.zeros(busy.size)
