@@ -78,39 +78,77 @@ class Pieces:
     p: Floats
     q: Floats
 
-    @classmethod
-    def joined(cls, parts: list[Pieces]) -> Pieces:
-        """One after the other."""
-        names = [part.name for part in fields(cls)]
-        return cls(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
-
 
 HORIZON = 1e-12
 """Height over the horizon, against the coordinates, below which an edge is taken to lie on it: the edges of the
 face that a point lies on do, to rounding."""
 
 
-def pieces(edges: Candidates, height: Floats, x: Floats, n: Floats, local: Floats, frame: LightFrame) -> Pieces:
-    """Of points x with normals n, (3, m), ``local`` in the light's frame, at ``height`` (f, m) over the faces."""
-    front = height > 0  # each face once: were two of its edges to disagree by rounding, the contour would not close
-    left = np.take(front, edges.left, axis=0)
-    pair = np.flatnonzero(left != np.take(front, edges.right, axis=0))
-    edge, owner = np.divmod(pair, x.shape[1])
-    ahead = take(left.ravel(), pair)
+SIDES = ((0, 1.0, 0.0), (1, -1.0, 1.0), (0, -1.0, 1.0), (1, 1.0, 0.0))
+"""Of the light: p or q, and what sign p, or q, less a bound has inside."""
+
+
+@dataclass(frozen=True, eq=False)
+class Silhouettes:
+    """Silhouette edges that may lie before the light, each seen from one point.
+
+    Parameters
+    ----------
+    owner : (m,) int64
+        The point.
+    ahead : (m,) bool
+        Whether the face on the left is the one turned to it.
+    start, end : (3, m) float64
+        World.
+    local_start, local_end : (3, m) float64
+        The same in the light's frame.
+    size : (m,) float64
+        Magnitude of the coordinates of all edges that were looked at.
+    """
+
+    owner: Ints
+    ahead: NDArray[np.bool_]
+    start: Floats
+    end: Floats
+    local_start: Floats
+    local_end: Floats
+    size: Floats
+
+    @classmethod
+    def of(cls, edges: Candidates, height: Floats, local: Floats) -> Silhouettes:
+        """Of points ``local`` (3, m) in the light's frame, at ``height`` (f, m) over the faces."""
+        front = height > 0  # each face once: were two of its edges to disagree by rounding, the contour would not close
+        left = np.take(front, edges.left, axis=0)
+        pair = np.flatnonzero(left != np.take(front, edges.right, axis=0))
+        edge, owner = np.divmod(pair, local.shape[1])
+        near = _not_beyond(edges, edge, owner, local)
+        edge, ahead = take(edge, near), take(left.ravel(), take(pair, near))
+        ends = (take(v, edge) for v in (edges.start, edges.end, edges.local_start, edges.local_end))
+        size = np.full(edge.size, np.abs(edges.start).max(initial=0))
+        return cls(take(owner, near), ahead, *ends, size)
+
+    @classmethod
+    def joined(cls, parts: list[Silhouettes]) -> Silhouettes:
+        """One after the other."""
+        names = [part.name for part in fields(cls)]
+        return cls(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
+
+
+def pieces(edges: Silhouettes, x: Floats, n: Floats, local: Floats, frame: LightFrame) -> Pieces:
+    """Of points x with normals n, (3, m), ``local`` in the light's frame."""
+    owner, ahead = edges.owner, edges.ahead
     at = take(local, owner)
-    a, b = take(edges.local_start, edge) - at, take(edges.local_end, edge) - at
-    first, last = np.zeros(pair.size), np.ones(pair.size)
-    begins, ends = np.full(pair.size, -1), np.full(pair.size, -1)
-    sides = ((0, 1.0, 0.0), (1, -1.0, 1.0), (0, -1.0, 1.0), (1, 1.0, 0.0))
+    a, b = edges.local_start - at, edges.local_end - at
+    first, last = np.zeros(owner.size), np.ones(owner.size)
+    begins, ends = np.full(owner.size, -1), np.full(owner.size, -1)
     # A light wholly above a horizon has nothing before it that is not.
     clear = above_horizon(x, n, frame)
     for side in range(4 if clear else 5):
         if side < 4:  # inside where sign (p - bound) >= 0, times the depth -r of the direction
-            axis, sign, bound = sides[side]
-            arm = at[axis] - bound
-            ga, gb = (sign * (at[2] * v[axis] - arm * v[2]) for v in (a, b))
+            axis, sign, bound = SIDES[side]
+            ga, gb = (sign * (at[2] * v[axis] - (at[axis] - bound) * v[2]) for v in (a, b))
         else:
-            ga, gb = _over_horizon(edges, edge, x, n, owner)
+            ga, gb = _over_horizon(edges, x, n)
         with np.errstate(divide="ignore", invalid="ignore"):
             cut = ga / (ga - gb)
         later = (ga < 0) & (gb >= 0) & (cut > first)
@@ -120,10 +158,10 @@ def pieces(edges: Candidates, height: Floats, x: Floats, n: Floats, local: Float
         last = np.where((ga < 0) & (gb < 0), -1.0, last)
     # One that only starts on the rim, or ends there, has no length, but is where the contour leaves or enters.
     k = np.flatnonzero((first <= last) & (np.minimum(a[2], b[2]) < 0))
-    edge, owner, ahead = take(edge, k), take(owner, k), take(ahead, k)
+    owner, ahead = take(owner, k), take(ahead, k)
     first, last, begins, ends = (take(v, k) for v in (first, last, begins, ends))
     at = take(x, owner)
-    a, b = take(edges.start, edge) - at, take(edges.end, edge) - at
+    a, b = take(edges.start, k) - at, take(edges.end, k) - at
     way = b - a
     a, b = np.where(first > 0, a + first * way, a), np.where(last < 1, a + last * way, b)
     a, b = np.where(ahead, a, b), np.where(ahead, b, a)
@@ -136,9 +174,26 @@ def pieces(edges: Candidates, height: Floats, x: Floats, n: Floats, local: Float
         on.append([np.clip(at[axis] - reach * u[axis], 0, 1) for axis in (0, 1)])
     p, q = (np.stack((on[0][axis], on[1][axis])) for axis in (0, 1))
     for end, where in enumerate((begins, ends)):
-        for side, (axis, _, bound) in enumerate(sides):  # on the rim to the last bit, or strips would not close
+        for side, (axis, _, bound) in enumerate(SIDES):  # on the rim to the last bit, or strips would not close
             (p, q)[axis][end, where == side] = bound
     return Pieces(owner, a, b, begins, ends, p, q)
+
+
+def _not_beyond(edges: Candidates, edge: Ints, owner: Ints, local: Floats) -> Ints:
+    """Which pairs (k,) of an edge and a point are not wholly beyond one side of the light: few."""
+    k: Ints = np.arange(edge.size)
+    for axis in (0, 1):
+        at, depth = take(local[axis], owner), take(local[2], owner)
+        ends = [
+            (take(end[axis], edge) - at, take(end[2], edge) - depth) for end in (edges.local_start, edges.local_end)
+        ]
+        beyond = np.zeros(edge.size, dtype=bool)
+        for _, sign, bound in SIDES[axis::2]:
+            first, last = (sign * (depth * across - (at - bound) * down) < 0 for across, down in ends)
+            beyond |= first & last
+        left = np.flatnonzero(~beyond)
+        k, edge, owner = take(k, left), take(edge, left), take(owner, left)
+    return k
 
 
 def above_horizon(x: Floats, n: Floats, frame: LightFrame) -> bool:
@@ -148,12 +203,11 @@ def above_horizon(x: Floats, n: Floats, frame: LightFrame) -> bool:
     return bool((height > HORIZON * size).all())
 
 
-def _over_horizon(edges: Candidates, edge: Ints, x: Floats, n: Floats, owner: Ints) -> tuple[Floats, Floats]:
+def _over_horizon(edges: Silhouettes, x: Floats, n: Floats) -> tuple[Floats, Floats]:
     """Heights of the ends of edges over the horizons of their points, less the tolerance; each (m,)."""
-    own = dot(n, x)
-    size = HORIZON * (np.abs(edges.start).max(initial=0) + np.abs(x).max(initial=0))
-    normal, level = take(n, owner), take(own, owner) + size
-    first, last = (dot(normal, take(end, edge)) - level for end in (edges.start, edges.end))
+    size = HORIZON * (edges.size + np.abs(x).max(initial=0))
+    normal, level = take(n, edges.owner), take(dot(n, x), edges.owner) + size
+    first, last = (dot(normal, end) - level for end in (edges.start, edges.end))
     return first, last
 
 

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from nusselt.renderer.geometry.ragged import take
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.needs import Source
-from nusselt.renderer.vectors import Floats, Ints, column, distinct, dot
+from nusselt.renderer.vectors import Floats, Ints, column, dot
 from nusselt.renderer.visibility.bvh import morton
 from nusselt.renderer.visibility.shared_points import CommonVisibility
 from nusselt.renderer.visibility.silhouette import Outline
 
-from .contour import Pieces, Rim, before_corner, layers, on_left, pieces
+from .contour import Pieces, Rim, Silhouettes, before_corner, layers, on_left, pieces
 from .light_frame import Candidates, LightFrame
 from .overlap import extra_layers
 from .rounding import on_folds, rounding
@@ -37,8 +37,8 @@ HIGH = 0.5
 PAIRS = 1 << 19
 """Edge-point pairs looked at at once."""
 
-PIECES = 1 << 15
-"""Pieces of edges before the light that are looked at at once, where bits do not matter."""
+EDGES = 1 << 15
+"""Edges before the light that are looked at at once, where bits do not matter."""
 
 ROUGH = ((3e-3, 0, 8), (9e-4, 1 << 15, 4))
 """From which tolerance of an image and for how many edges, which make strips narrow, so many strips of overlapping
@@ -105,10 +105,13 @@ def hidden_irradiance(
     own = LightFrame.of(light)
     height = dot(n[:, None, :], own.rim[:, :, None] - x[:, None, :])
     first = np.where((height.max(axis=0) > 0) & (own.point(x)[2] > 0), _first_corner(height, tolerance), -1)
-    for corner in distinct(first[first >= 0]).tolist():
-        k = np.flatnonzero(first == corner)
-        around = None if outside is None else outside[k]
-        out[:, k] = _from_corner(view, LightFrame.turned(light, corner), x[:, k], n[:, k], around, tolerance)
+    frames = [LightFrame.turned(light, corner) for corner in range(4)]
+    mine = [np.flatnonzero(first == corner) for corner in range(4)]
+    spot, within = _layers(view, frames, mine, x, n, outside)
+    for frame, k in zip(frames, mine, strict=True):
+        if k.size:
+            points = Points(x[:, k], n[:, k], frame.point(x[:, k]), spot[:, k], within[k])
+            out[:, k] = _from_corner(_candidates(view.outline, frame.light), frame, points, tolerance)
     return out[0], out[1]
 
 
@@ -157,26 +160,14 @@ def _candidates(outline: Outline, light: QuadLight) -> Candidates:
     return Candidates.of(outline, LightFrame.of(light))
 
 
-def _from_corner(
-    view: CommonVisibility,
-    frame: LightFrame,
-    x: Floats,
-    n: Floats,
-    outside: NDArray[np.bool_] | None,
-    tolerance: float,
-) -> Floats:
+def _from_corner(edges: Candidates, frame: LightFrame, points: Points, tolerance: float) -> Floats:
     """For points whose horizon is below the frame's first corner."""
-    out = np.zeros((2, x.shape[1]))
-    if view.outline is None:
-        return out
-    everything = _candidates(view.outline, frame.light)
+    x = points.x
     low, high = x.min(axis=1, keepdims=True), x.max(axis=1, keepdims=True)
     span = np.where(high > low, high - low, 1.0)
     order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
-    x, n = x[:, order], n[:, order]
-    points = Points(x, n, frame.point(x), *_layers(view, frame, x, n, None if outside is None else outside[order]))
-    plan = _Plan.of(tolerance, everything.count)
-    blocks = _blocks(everything, points, plan)
+    points, out, plan = points.part(order), np.zeros((2, order.size)), _Plan.of(tolerance, edges.count)
+    blocks = _blocks(edges, points, plan)
     if tolerance:
         out[:, order] = _roughly(blocks, points, frame, plan.merged), np.full(order.size, np.inf)
         return out
@@ -186,19 +177,29 @@ def _from_corner(
 
 
 def _layers(
-    view: CommonVisibility, frame: LightFrame, x: Floats, n: Floats, outside: NDArray[np.bool_] | None
+    view: CommonVisibility,
+    frames: list[LightFrame],
+    mine: list[Ints],
+    x: Floats,
+    n: Floats,
+    outside: NDArray[np.bool_] | None,
 ) -> tuple[Floats, Ints]:
-    """A point of the light (2, m) above each horizon, and how many layers lie before it, (m,)."""
-    spot, within = np.zeros((2, x.shape[1])), np.zeros(x.shape[1], dtype=np.int64)
-    left = np.arange(x.shape[1])
-    for share in NEARER:
-        at = share * column((*SPOT, 0))[:2]
-        eye = frame.rim[:, :1] + at[0] * column(frame.light.ab) + at[1] * column(frame.light.ac)
-        above = dot(n[:, left], eye - x[:, left]) > 0 if share > 0 else np.ones(left.size, dtype=bool)
-        k, left = left[above], left[~above]
-        if k.size:
-            spot[:, k] = at
-            within[k] = view.layers(x[:, k], eye - x[:, k], eye, None if outside is None else outside[k])
+    """A point of the light (2, m) above each horizon, in the frame that each is ``mine`` of; how many layers lie before
+    it, (m,).
+    """
+    spot, eye = np.zeros((2, x.shape[1])), np.zeros(x.shape[1], dtype=np.int64)
+    eyes: list[Floats] = []
+    for frame, left in zip(frames, mine, strict=True):
+        for share in NEARER:
+            at = share * column((*SPOT, 0))[:2]
+            place = frame.rim[:, :1] + at[0] * column(frame.light.ab) + at[1] * column(frame.light.ac)
+            above = dot(n[:, left], place - x[:, left]) > 0 if share > 0 else np.ones(left.size, dtype=bool)
+            k, left = left[above], left[~above]
+            spot[:, k], eye[k] = at, len(eyes)
+            eyes.append(place)
+    within, k, places = np.zeros(x.shape[1], dtype=np.int64), np.concatenate(mine), np.hstack(eyes)
+    p, around = x[:, k], None if outside is None else outside[k]
+    within[k] = view.layers(p, places[:, eye[k]] - p, places, eye[k], around)
     return spot, within
 
 
@@ -245,7 +246,7 @@ def _block(edges: Candidates, points: Points, frame: LightFrame) -> tuple[Floats
     """Hidden irradiance, and a bound of its error; where no edge reaches there is one number of layers, no strips."""
     x, n = points.x, points.n
     size, height = edges.size + np.abs(x).max(axis=0), edges.heights(x)
-    cut = pieces(edges, height, x, n, points.local, frame)
+    cut = pieces(Silhouettes.of(edges, height, points.local), x, n, points.local, frame)
     value, doubt, lengths = _kept(cut, points, frame, size)
     error = rounding(cut, x, n, size, frame, doubt, lengths)
     return value, np.where(on_folds(edges, height, x, n, size), np.inf, error)
@@ -254,16 +255,18 @@ def _block(edges: Candidates, points: Points, frame: LightFrame) -> tuple[Floats
 def _roughly(blocks: Iterator[tuple[Candidates, slice]], points: Points, frame: LightFrame, merged: int) -> Floats:
     """Hidden irradiance: of many blocks at once, and without looking at points that nothing hides."""
     value = np.zeros(points.within.size)
-    cuts: list[Pieces] = []
-    begin = held = 0
+    held: list[Silhouettes] = []
+    begin = count = 0
     for near, s in blocks:
         some = points.part(s)
-        cut = pieces(near, near.heights(some.x), some.x, some.n, some.local, frame)
-        cuts.append(replace(cut, owner=cut.owner + (s.start - begin)))
-        held += cut.owner.size
-        if held > PIECES or s.stop == value.size:
-            value[begin : s.stop] = _of_busy(Pieces.joined(cuts), points.part(slice(begin, s.stop)), frame, merged)
-            cuts, begin, held = [], s.stop, 0
+        edges = Silhouettes.of(near, near.heights(some.x), some.local)
+        held.append(replace(edges, owner=edges.owner + (s.start - begin)))
+        count += edges.owner.size
+        if count > EDGES or s.stop == value.size:
+            some = points.part(slice(begin, s.stop))
+            cut = pieces(Silhouettes.joined(held), some.x, some.n, some.local, frame)
+            value[begin : s.stop] = _of_busy(cut, some, frame, merged)
+            held, begin, count = [], s.stop, 0
     return value
 
 
