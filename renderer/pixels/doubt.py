@@ -10,6 +10,7 @@ So are the rims of lights that end by themselves.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from functools import partial
 
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 
 from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.flat_disks import disk_rim
+from nusselt.renderer.geometry.ragged import expand
 from nusselt.renderer.lights import Light
 from nusselt.renderer.needs import Source
 from nusselt.renderer.vectors import Floats, Ints, cross, dot, frame, transform, unit
@@ -101,26 +103,110 @@ def doubtful(
     found = np.zeros(x.size, dtype=bool)
     if not sources or x.size == 0:
         return found
-    return doubted(regions, sources, footprints(regions, x, y, region, size))
-
-
-def doubted(regions: Regions, sources: tuple[Source, ...], parts: Footprints) -> NDArray[np.bool_]:
-    """Which footprints (n,) may hold a shadow, or a light's rim."""
-    found = np.zeros(parts.radius.size, dtype=bool)
-    if found.size == 0:
-        return found
-    order, result = _together(parts), np.zeros(parts.radius.size, dtype=bool)
-    parts = parts.take(order)
+    parts = footprints(regions, x, y, region, size)
     for source in sources:
-        found |= source.light.rim_within(parts.position, parts.radius + parts.reach)
-        if not source.blockers.none:
-            found |= in_doubt(parts, source.light, *_edges(regions, source.light))
-    result[order] = found
-    return result
+        found[in_doubt(regions, source, parts)[0]] = True
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Suspects:
+    """Which of a light's edges may throw a shadow on each of n places, as far as that is known.
+
+    Parameters
+    ----------
+    first, count : (n,) int64
+        Where each place's begin in ``edge``, and how many they are; -1 if all may.
+    edge : (m,) int64
+    """
+
+    first: Ints
+    count: Ints
+    edge: Ints
+
+    @classmethod
+    def all_edges(cls, n: int) -> Suspects:
+        """Nothing is known yet of n places."""
+        return cls(np.zeros(n, dtype=np.int64), np.full(n, -1), np.zeros(0, dtype=np.int64))
+
+    def take(self, index: Ints) -> Suspects:
+        """Of the places ``index`` (k,)."""
+        return Suspects(self.first[index], self.count[index], self.edge)
+
+    def given(self, place: Ints, point: Ints, edge: Ints) -> Suspects:
+        """With those of some places (k,) known: pairs (m,) of numbers among them, and edges."""
+        order, first, count = np.argsort(point, kind="stable"), self.first.copy(), self.count.copy()
+        count[place] = np.bincount(point, minlength=place.size)
+        first[place] = self.edge.size + np.cumsum(count[place]) - count[place]
+        return Suspects(first, count, np.append(self.edge, edge[order]))
+
+
+def in_doubt(
+    regions: Regions, source: Source, parts: Footprints, suspects: Suspects | None = None
+) -> tuple[Ints, Ints]:
+    """Footprints (m,) that may hold a shadow, or a light's rim, and what may throw it: pairs with a light's edges.
+
+    The rim is one more edge, of number -1.
+    """
+    light, (rim,) = source.light, np.nonzero(source.light.rim_within(parts.position, parts.radius + parts.reach))
+    ends = _edges(regions, light)
+    if source.blockers.none or ends[0].shape[1] == 0 or parts.radius.size == 0:
+        return rim, np.full(rim.size, -1)
+    places = np.hstack((parts.position, *ends))
+    sides = places.max(axis=1) - places.min(axis=1)
+    span = float(np.sqrt(dot(sides, sides)))  # nothing is farther than that
+    cones, found = _cones(parts, light, span), [(rim, np.full(rim.size, -1))]
+    for point, edge in _pairs(cones, parts, ends, span, suspects or Suspects.all_edges(parts.radius.size)):
+        start, end = (v[:, edge] for v in ends)
+        low, high = _above(parts.position[:, point], parts.normal[:, point], start, end)
+        holds = np.flatnonzero(cones.take(point).holds(start, end, low, high))
+        found.append((point[holds], edge[holds]))
+    point, edge = (np.concatenate(v) for v in zip(*found, strict=True))
+    return point, edge
+
+
+def _pairs(
+    cones: Cone, parts: Footprints, ends: tuple[Floats, Floats], span: float, suspects: Suspects
+) -> Iterator[tuple[Ints, Ints]]:
+    """Footprints and edges that may meet, a block at a time."""
+    known = np.flatnonzero(suspects.count > 0)
+    for first in range(0, known.size, PAIRS // GROUP):
+        some = suspects.take(known[first : first + PAIRS // GROUP])
+        owner, nth = expand(some.count)
+        edge = some.edge[some.first[owner] + nth]
+        k = np.flatnonzero(edge >= 0)
+        yield known[first + owner[k]], edge[k]
+    every = np.flatnonzero(suspects.count < 0)
+    every = every[_together(parts.take(every))]
+    size = int(np.clip(PAIRS // ends[0].shape[1], GROUP, BLOCK))
+    for first in range(0, every.size, size):
+        block = every[first : first + size]
+        point, edge = _near(cones.take(block), parts.normal[:, block], ends, span)
+        yield block[point], edge
+
+
+def _near(cones: Cone, normal: Floats, ends: tuple[Floats, Floats], span: float) -> tuple[Ints, Ints]:
+    """Cones (n,) and edges that come near enough to each other, above the planes of the former."""
+    start, end = ends
+    middle, way, slack = (start + end) / 2, (end - start) / 2, FLAT * span
+    half = np.sqrt(dot(way, way)) + slack
+    low, high = cones.position.min(axis=1, keepdims=True), cones.position.max(axis=1, keepdims=True)
+    centre, around = (low + high) / 2, np.sqrt(dot(high - low, high - low)) / 2 + cones.reach.max()
+    away = middle - centre
+    near = np.flatnonzero(dot(away, away) <= (around + half) ** 2)
+    # Not each edge's own distance and height, but what products of matrices tell of both, and rounding.
+    at, away, half, one = cones.position - centre, away[:, near], half[near], np.ones(cones.k.size)
+    rows = np.vstack((-2 * at, dot(at, at) - cones.reach**2 - slack * span, -2 * cones.reach, one))
+    meet = rows.T @ np.vstack((away, np.ones(near.size), half, dot(away, away) - half**2)) <= 0
+    meet &= normal.T @ away + np.abs(normal.T @ way[:, near]) >= dot(normal, at)[:, None] - slack
+    point, edge = np.divmod(np.flatnonzero(meet), max(near.size, 1))
+    return point, near[edge]
 
 
 def _together(parts: Footprints) -> Ints:
     """An order (n,) in which footprints of like size that lie beside each other follow each other."""
+    if parts.radius.size == 0:
+        return np.zeros(0, dtype=np.int64)
     low, high = (f(parts.position, axis=1, keepdims=True) for f in (np.min, np.max))
     place = (2 * parts.position - low - high) / max(float((high - low).max()), np.finfo(float).tiny)
     return np.lexsort((morton(place), np.frexp(parts.radius + parts.reach)[1] // 2))
@@ -184,42 +270,6 @@ def _terminator(g: Geometry, index: int, light: Light) -> tuple[Floats, Floats]:
     ring = delta * to / away + np.sqrt(1 - delta**2) * (np.cos(angle) * u + np.sin(angle) * v)
     points = center + transform(g.axes[index], ring)
     return points, np.roll(points, -1, axis=1)
-
-
-def in_doubt(parts: Footprints, light: Light, start: Floats, end: Floats) -> NDArray[np.bool_]:
-    """Which footprints (n,) one of the edges (3, s) may throw a shadow on that begins and ends there.
-
-    Footprints that follow each other should lie together: edges are looked up for BLOCK of them at once.
-    """
-    n = parts.radius.size
-    found = np.zeros(n, dtype=bool)
-    if n == 0 or start.shape[1] == 0:
-        return found
-    places = np.hstack((parts.position, start, end))
-    sides = places.max(axis=1) - places.min(axis=1)
-    span = float(np.sqrt(dot(sides, sides)))  # nothing is farther than that
-    cones, middle, way = _cones(parts, light, span), (start + end) / 2, end - start
-    half, slack = np.sqrt(dot(way, way)) / 2 + FLAT * span, FLAT * span
-    size = int(np.clip(PAIRS // start.shape[1], GROUP, BLOCK))
-    for first in range(0, n, size):
-        block = np.arange(first, min(first + size, n))
-        some, normal = cones.take(block), parts.normal[:, block]
-        low, high = some.position.min(axis=1, keepdims=True), some.position.max(axis=1, keepdims=True)
-        centre, around = (low + high) / 2, np.sqrt(dot(high - low, high - low)) / 2 + some.reach.max()
-        away = middle - centre
-        near = np.flatnonzero(dot(away, away) <= (around + half) ** 2)
-        # Not each edge's own distance and height, but what products of matrices tell of both, and rounding.
-        at, away, beyond, one = some.position - centre, away[:, near], half[near], np.ones(block.size)
-        rows = np.vstack((-2 * at, dot(at, at) - some.reach**2 - slack * span, -2 * some.reach, one))
-        meet = rows.T @ np.vstack((away, np.ones(near.size), beyond, dot(away, away) - beyond**2)) <= 0
-        level = dot(normal, at)[:, None] - slack
-        over, along = normal.T @ away, normal.T @ (way[:, near] / 2)
-        meet &= over + np.abs(along) >= level
-        point, edge = np.divmod(np.flatnonzero(meet), max(near.size, 1))
-        ends = start[:, near[edge]], end[:, near[edge]]
-        low, high = _above(some.position[:, point], normal[:, point], *ends)
-        found[block[point[some.take(point).holds(*ends, low, high)]]] = True
-    return found
 
 
 def _above(position: Floats, normal: Floats, start: Floats, end: Floats) -> tuple[Floats, Floats]:

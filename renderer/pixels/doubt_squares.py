@@ -10,7 +10,7 @@ import numpy as np
 from nusselt.renderer.needs import Source
 from nusselt.renderer.vectors import Bools, Floats, Ints, dot
 
-from .doubt import Footprints, doubted, doubtful, footprints
+from .doubt import Footprints, Suspects, footprints, in_doubt
 from .moments import Pieces
 from .regions import Regions
 
@@ -40,17 +40,25 @@ def doubtful_places(regions: Regions, sources: tuple[Source, ...], region: Ints,
     x, y = np.append(pixel % width + middle, pieces.x), np.append(pixel // width + middle, pieces.y)
     which = np.append(region.ravel()[pixel], pieces.region).astype(np.int64)
     half = np.where(np.arange(x.size) < row.size, (SQUARE - 1) / 2, 0.0)
-    found = np.arange(x.size)
-    for side in SIDES:
-        found = found[_in_groups(regions, sources, x[found], y[found], which[found], half[found], side)]
-    i, j = np.divmod(np.arange(SQUARE * SQUARE), SQUARE)
-    square, single, part = np.split(found, np.searchsorted(found, (row.size, pixel.size)))
-    every = np.append((pixel[square][:, None] + i * width + j).ravel(), pixel[single])
-    part = part - pixel.size
-    x, y = np.append(every % width + 0.5, pieces.x[part]), np.append(every // width + 0.5, pieces.y[part])
-    doubt = doubtful(regions, sources, x, y, np.append(region.ravel()[every], pieces.region[part]))
     alone, own = np.zeros(region.shape, dtype=bool), np.zeros(pieces.cell.size, dtype=bool)
-    alone.reshape(-1)[every], own[part] = doubt[: every.size], doubt[every.size :]
+    i, j = np.divmod(np.arange(SQUARE * SQUARE), SQUARE)
+    for source in sources:
+        found, suspects = np.arange(x.size), Suspects.all_edges(x.size)
+        for side in SIDES:
+            going, suspects = _in_groups(
+                regions, source, (x[found], y[found]), which[found], half[found], suspects, side
+            )
+            found, suspects = found[going], suspects.take(going)
+        ends = np.searchsorted(found, (row.size, pixel.size))
+        square, single, part = np.split(found, ends)
+        every = np.append((pixel[square][:, None] + i * width + j).ravel(), pixel[single])
+        part = part - pixel.size
+        places = np.append(every % width + 0.5, pieces.x[part]), np.append(every // width + 0.5, pieces.y[part])
+        parts = footprints(regions, *places, np.append(region.ravel()[every], pieces.region[part]))
+        each = np.append(np.arange(ends[0]).repeat(SQUARE * SQUARE), np.arange(ends[0], found.size))
+        point, _ = in_doubt(regions, source, parts, suspects.take(each))
+        alone.reshape(-1)[every[point[point < every.size]]] = True
+        own[part[point[point >= every.size] - every.size]] = True
     return alone, own
 
 
@@ -65,13 +73,21 @@ def _whole(region: Ints) -> Bools:
 
 
 def _in_groups(
-    regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats, region: Ints, half: Floats, side: int
-) -> Bools:
-    """Which points (n,) are among those that a square, ``side`` pixels wide, shows of one region where a shadow may
-    fit; some stand for squares of pixels whose centres lie ``half`` (n,) around.
+    regions: Regions,
+    source: Source,
+    place: tuple[Floats, Floats],
+    region: Ints,
+    half: Floats,
+    suspects: Suspects,
+    side: int,
+) -> tuple[Ints, Suspects]:
+    """Which points (n,) are among those that a square, ``side`` pixels wide, shows of one region where a shadow of a
+    light may fit, and which edges may throw it, among those that may already; some points stand for squares of
+    pixels whose centres lie ``half`` (n,) around.
     """
+    x, y = place
     if x.size == 0:
-        return np.zeros(0, dtype=bool)
+        return np.zeros(0, dtype=np.int64), suspects
     wide, kinds = int(x.max()) // side + 1, int(region.max()) + 1
     key = ((y // side).astype(np.int64) * wide + (x // side).astype(np.int64)) * kinds + region
     order = np.argsort(key, kind="stable")
@@ -90,20 +106,26 @@ def _in_groups(
     flat, around = flat[some], around[:, some]
     width = np.where(flat, 1.0, AROUND * (SQUARE + 1))
     parts = footprints(regions, across[some], down[some], kind[some], width, np.where(flat, around, 0.0))
-    found[some] = ~flat & (parts.radius >= regions.radii[kind[some] % regions.surfaces])
-    found[some] |= _close(sources, parts) | doubted(regions, sources, parts)
-    doubt = np.zeros(x.size, dtype=bool)
-    doubt[order] = np.repeat(found, size)
-    return doubt
+    wild = _close(source, parts) | (~flat & (parts.radius >= regions.radii[kind[some] % regions.surfaces]))
+    found[some] = wild
+    tame = np.flatnonzero(~wild)
+    some, flat = some[tame], flat[tame]
+    known = suspects.take(order[first])
+    point, edge = in_doubt(regions, source, parts.take(tame), known.take(some))
+    found[some[point]] = True
+    known = known.given(some[flat], (np.cumsum(flat) - 1)[point[flat[point]]], edge[flat[point]])
+    group = np.empty(x.size, dtype=np.int64)
+    group[order] = np.repeat(np.arange(first.size), size)
+    going = np.flatnonzero(found[group])
+    return going, known.take(group)
 
 
-def _close(sources: tuple[Source, ...], parts: Footprints) -> Bools:
+def _close(source: Source, parts: Footprints) -> Bools:
     """Which footprints (n,) are near a light for what they stand for."""
-    close = np.zeros(parts.radius.size, dtype=bool)
-    for light in (source.light for source in sources if not source.light.at_infinity):
-        to = light.middle()[0] - parts.position
-        close |= parts.radius + parts.reach > STEEP * np.sqrt(dot(to, to))
-    return close
+    if source.light.at_infinity:
+        return np.zeros(parts.radius.size, dtype=bool)
+    to = source.light.middle()[0] - parts.position
+    return np.asarray(parts.radius + parts.reach > STEEP * np.sqrt(dot(to, to)))
 
 
 def _steep(regions: Regions, x: Floats, y: Floats, region: Ints, around: Floats) -> Bools:
