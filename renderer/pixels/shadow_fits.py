@@ -29,7 +29,7 @@ RIDGE = 0.1
 BESIDE = 1 / 8
 """Of what a place's own value misses the plane around it by: how far its mean may be from it."""
 
-TRIED = 256
+TRIED = 512
 """Places that are asked to find what shadows that fit in a pixel are worth."""
 
 Shade = Callable[[Ints], Floats]
