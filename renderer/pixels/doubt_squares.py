@@ -24,8 +24,6 @@ pixels' footprints."""
 STEEP = 0.2
 """Of the distance to the eye, that it may change by beside the middle of what a square shows of a plane; and of that
 to a light, how large that may be."""
-FEWEST = 3
-"""Points that are worth asking for them as one first."""
 
 
 def doubtful_places(regions: Regions, sources: tuple[Source, ...], region: Ints, pieces: Pieces) -> tuple[Bools, Bools]:
@@ -100,7 +98,7 @@ def _in_groups(
     (across, down), around = (low + high) / 2, (high - low) / 2
     held = np.add.reduceat(np.where(half[order] > 0, SQUARE * SQUARE, 1), first)
     flat = kind % regions.surfaces < regions.faces.count
-    found = _steep(regions, across, down, kind, around) | (held < FEWEST)
+    found = _steep(regions, across, down, kind, around)
     found |= ~flat & ((held < SQUARE * SQUARE) | (side > SQUARE))  # its normals turn
     some = np.flatnonzero(~found)
     flat, around = flat[some], around[:, some]

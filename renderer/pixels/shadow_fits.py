@@ -155,13 +155,18 @@ def _tried(places: Places, known: Bools, budget: float) -> Ints:
 
 def _levels(places: Places, active: Ints) -> list[tuple[Ints, int]]:
     """Patches (n,), level by level, and how many places are asked along their diagonals; none that hold few faces."""
-    faces = distinct(places.face[active]).size
+    faces = _count(places.face[active])
     levels: list[tuple[Ints, int]] = []
     for side in SIDES:
         patch = _patches(places, side)
-        if len(levels) == 0 or FACES * distinct(patch[active]).size <= faces:
+        if len(levels) == 0 or FACES * _count(patch[active]) <= faces:
             levels.append((patch, MANY))
     return [*levels, (places.face, FEW)]
+
+
+def _count(names: Ints) -> int:
+    """How many different small numbers there are."""
+    return int(np.count_nonzero(np.bincount(names)))
 
 
 def _try_doubt(places: Places, shade: Shade, budget: float) -> None:
