@@ -10,6 +10,7 @@ So are the rims of lights that end by themselves.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from functools import partial
 
@@ -18,22 +19,19 @@ from numpy.typing import NDArray
 
 from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.flat_disks import disk_rim
+from nusselt.renderer.geometry.ragged import expand
 from nusselt.renderer.lights import Light
 from nusselt.renderer.needs import Source
-from nusselt.renderer.vectors import Floats, Ints, cross, distinct, dot, frame, transform, unit
+from nusselt.renderer.vectors import Floats, Ints, cross, dot, frame, transform, unit
+from nusselt.renderer.visibility.bvh import morton
 
 from .candidate_edges import crossings, disk_cuts
-from .edge_fragments import expand
 from .regions import Regions
 
-PAIRS = 1 << 20
-"""Points and edges handled at once."""
-GROUP = 8
-"""Points for which edges are looked up together."""
-BLOCK = 512
-"""Points for which they are looked up first."""
-NEAR = 16
-"""Pixels a side of what those lie in, mostly."""
+BLOCK, GROUP = 256, 32
+"""Footprints for which edges are looked up together, at most and at least."""
+PAIRS = 1 << 18
+"""Footprints and edges handled at once."""
 WIDTHS = 1.0
 """Of footprints, that a penumbra must be wide to be seen by the values around it."""
 SIDES = 64
@@ -53,23 +51,49 @@ class Footprints:
     position, normal : (3, n) float64
         Middles; unit normals on the viewer's side.
     radius : (n,) float64
+    reach : (n,) float64
+        How far from there others of at most that radius lie on the same plane: one stands for all of them.
     """
 
     position: Floats
     normal: Floats
     radius: Floats
+    reach: Floats
+
+    def take(self, index: Ints) -> Footprints:
+        """The footprints ``index`` (k,)."""
+        return Footprints(*(getattr(self, part.name)[..., index] for part in fields(self)))
 
 
-def footprints(regions: Regions, x: Floats, y: Floats, region: Ints, size: Floats | float = 1.0) -> Footprints:
-    """Footprints ``size`` pixels wide around image points (n,) of given regions' surfaces, no larger than those."""
+def footprints(
+    regions: Regions,
+    x: Floats,
+    y: Floats,
+    region: Ints,
+    size: Floats | float = 1.0,
+    around: Floats | None = None,
+) -> Footprints:
+    """Footprints ``size`` pixels wide around image points (n,) of given regions' surfaces, no larger than those.
+
+    Each may stand for all whose middles lie in a rectangle, ``around`` (2, n) pixels to either side of it: of planes,
+    to which the distance changes by less than itself there.
+    """
     points, lens, surface = regions.points(x, y, region), regions.lens, region % regions.surfaces
     d, to = lens.directions(x, y), points.position - lens.origin
     away, down = np.sqrt(dot(to, to) / dot(d, d)), dot(d, points.normal)
-    square = np.zeros(x.size)
-    for step in (2 * lens.right / lens.width, 2 * lens.up / lens.height):
-        side = away * (step - d * (dot(step, points.normal) / np.where(down == 0, 1.0, down)))  # on its plane
-        square += dot(side, side)
-    return Footprints(points.position, points.normal, np.minimum(size * np.sqrt(square) / 2, regions.radii[surface]))
+    steps = 2 * lens.right / lens.width, 2 * lens.up / lens.height
+    turn = [dot(step, points.normal) / np.where(down == 0, 1.0, down) for step in steps]
+    sides = [away * (step - d * share) for step, share in zip(steps, turn, strict=True)]  # on its plane
+    length, reach = [np.sqrt(dot(side, side)) for side in sides], np.zeros(x.size)
+    if around is not None:
+        # The plane's point s beside the middle one, in pixels, is sides . s / (1 + turn . s) away from it.
+        across, down_ = (side * half for side, half in zip(sides, around, strict=True))
+        ends = [across + sign * down_ for sign in (1, -1)]
+        least = 1 - sum(np.abs(share) * half for share, half in zip(turn, around, strict=True))
+        reach = np.sqrt(np.maximum(*(dot(end, end) for end in ends))) / least
+        length = [(side + reach * np.abs(share)) / least for side, share in zip(length, turn, strict=True)]
+    radius = np.minimum(size * np.hypot(*length) / 2, regions.radii[surface])
+    return Footprints(points.position, points.normal, radius, reach)
 
 
 def doubtful(
@@ -79,20 +103,113 @@ def doubtful(
     found = np.zeros(x.size, dtype=bool)
     if not sources or x.size == 0:
         return found
-    order = np.lexsort((region, x // (4 * size), y // (4 * size), x // NEAR, y // NEAR))
-    sizes = np.broadcast_to(size, x.shape)[order]
-    found[order] = doubted(regions, sources, footprints(regions, x[order], y[order], region[order], sizes))
-    return found
-
-
-def doubted(regions: Regions, sources: tuple[Source, ...], parts: Footprints) -> NDArray[np.bool_]:
-    """Which footprints (n,) may hold a shadow, or a light's rim; those that follow each other should lie together."""
-    found = np.zeros(parts.radius.size, dtype=bool)
+    parts = footprints(regions, x, y, region, size)
     for source in sources:
-        found |= source.light.rim_within(parts.position, parts.radius)
-        if not source.blockers.none:
-            found |= in_doubt(parts, source.light, *_edges(regions, source.light))
+        found[in_doubt(regions, source, parts)[0]] = True
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class Suspects:
+    """Which of a light's edges may throw a shadow on each of n places, as far as that is known.
+
+    Parameters
+    ----------
+    first, count : (n,) int64
+        Where each place's begin in ``edge``, and how many they are; -1 if all may.
+    edge : (m,) int64
+    """
+
+    first: Ints
+    count: Ints
+    edge: Ints
+
+    @classmethod
+    def all_edges(cls, n: int) -> Suspects:
+        """Nothing is known yet of n places."""
+        return cls(np.zeros(n, dtype=np.int64), np.full(n, -1), np.zeros(0, dtype=np.int64))
+
+    def take(self, index: Ints) -> Suspects:
+        """Of the places ``index`` (k,)."""
+        return Suspects(self.first[index], self.count[index], self.edge)
+
+    def given(self, place: Ints, point: Ints, edge: Ints) -> Suspects:
+        """With those of some places (k,) known: pairs (m,) of numbers among them, and edges."""
+        order, first, count = np.argsort(point, kind="stable"), self.first.copy(), self.count.copy()
+        count[place] = np.bincount(point, minlength=place.size)
+        first[place] = self.edge.size + np.cumsum(count[place]) - count[place]
+        return Suspects(first, count, np.append(self.edge, edge[order]))
+
+
+def in_doubt(
+    regions: Regions, source: Source, parts: Footprints, suspects: Suspects | None = None
+) -> tuple[Ints, Ints]:
+    """Footprints (m,) that may hold a shadow, or a light's rim, and what may throw it: pairs with a light's edges.
+
+    The rim is one more edge, of number -1.
+    """
+    light, (rim,) = source.light, np.nonzero(source.light.rim_within(parts.position, parts.radius + parts.reach))
+    ends = _edges(regions, light)
+    if source.blockers.none or ends[0].shape[1] == 0 or parts.radius.size == 0:
+        return rim, np.full(rim.size, -1)
+    places = np.hstack((parts.position, *ends))
+    sides = places.max(axis=1) - places.min(axis=1)
+    span = float(np.sqrt(dot(sides, sides)))  # nothing is farther than that
+    cones, found = _cones(parts, light, span), [(rim, np.full(rim.size, -1))]
+    for point, edge in _pairs(cones, parts, ends, span, suspects or Suspects.all_edges(parts.radius.size)):
+        start, end = (v[:, edge] for v in ends)
+        low, high = _above(parts.position[:, point], parts.normal[:, point], start, end)
+        holds = np.flatnonzero(cones.take(point).holds(start, end, low, high))
+        found.append((point[holds], edge[holds]))
+    point, edge = (np.concatenate(v) for v in zip(*found, strict=True))
+    return point, edge
+
+
+def _pairs(
+    cones: Cone, parts: Footprints, ends: tuple[Floats, Floats], span: float, suspects: Suspects
+) -> Iterator[tuple[Ints, Ints]]:
+    """Footprints and edges that may meet, a block at a time."""
+    known = np.flatnonzero(suspects.count > 0)
+    for first in range(0, known.size, PAIRS // GROUP):
+        some = suspects.take(known[first : first + PAIRS // GROUP])
+        owner, nth = expand(some.count)
+        edge = some.edge[some.first[owner] + nth]
+        k = np.flatnonzero(edge >= 0)
+        yield known[first + owner[k]], edge[k]
+    every = np.flatnonzero(suspects.count < 0)
+    every = every[_together(parts.take(every))]
+    size = int(np.clip(PAIRS // ends[0].shape[1], GROUP, BLOCK))
+    for first in range(0, every.size, size):
+        block = every[first : first + size]
+        point, edge = _near(cones.take(block), parts.normal[:, block], ends, span)
+        yield block[point], edge
+
+
+def _near(cones: Cone, normal: Floats, ends: tuple[Floats, Floats], span: float) -> tuple[Ints, Ints]:
+    """Cones (n,) and edges that come near enough to each other, above the planes of the former."""
+    start, end = ends
+    middle, way, slack = (start + end) / 2, (end - start) / 2, FLAT * span
+    half = np.sqrt(dot(way, way)) + slack
+    low, high = cones.position.min(axis=1, keepdims=True), cones.position.max(axis=1, keepdims=True)
+    centre, around = (low + high) / 2, np.sqrt(dot(high - low, high - low)) / 2 + cones.reach.max()
+    away = middle - centre
+    near = np.flatnonzero(dot(away, away) <= (around + half) ** 2)
+    # Not each edge's own distance and height, but what products of matrices tell of both, and rounding.
+    at, away, half, one = cones.position - centre, away[:, near], half[near], np.ones(cones.k.size)
+    rows = np.vstack((-2 * at, dot(at, at) - cones.reach**2 - slack * span, -2 * cones.reach, one))
+    meet = rows.T @ np.vstack((away, np.ones(near.size), half, dot(away, away) - half**2)) <= 0
+    meet &= normal.T @ away + np.abs(normal.T @ way[:, near]) >= dot(normal, at)[:, None] - slack
+    point, edge = np.divmod(np.flatnonzero(meet), max(near.size, 1))
+    return point, near[edge]
+
+
+def _together(parts: Footprints) -> Ints:
+    """An order (n,) in which footprints of like size that lie beside each other follow each other."""
+    if parts.radius.size == 0:
+        return np.zeros(0, dtype=np.int64)
+    low, high = (f(parts.position, axis=1, keepdims=True) for f in (np.min, np.max))
+    place = (2 * parts.position - low - high) / max(float((high - low).max()), np.finfo(float).tiny)
+    return np.lexsort((morton(place), np.frexp(parts.radius + parts.reach)[1] // 2))
 
 
 def _edges(regions: Regions, light: Light) -> tuple[Floats, Floats]:
@@ -155,35 +272,6 @@ def _terminator(g: Geometry, index: int, light: Light) -> tuple[Floats, Floats]:
     return points, np.roll(points, -1, axis=1)
 
 
-def in_doubt(parts: Footprints, light: Light, start: Floats, end: Floats) -> NDArray[np.bool_]:
-    """Which footprints (n,) one of the edges (3, s) may throw a shadow on that begins and ends there.
-
-    Footprints that follow each other should lie together: edges are looked up for GROUP of them at once.
-    """
-    n = parts.radius.size
-    found = np.zeros(n, dtype=bool)
-    if n == 0 or start.shape[1] == 0:
-        return found
-    axis, distance, k = _cone(light, parts.position)
-    places = np.hstack((parts.position, start, end))
-    sides = places.max(axis=1) - places.min(axis=1)
-    span = np.sqrt(dot(sides, sides))  # nothing is farther than that
-    farthest = parts.radius / np.maximum(2 * k / WIDTHS + parts.radius / distance, parts.radius / span)
-    cones = Cone(parts.position, axis, parts.radius, k, farthest)
-    size = max(BLOCK, PAIRS // start.shape[1])
-    for first in range(0, n, size):
-        block = np.arange(first, min(first + size, n))
-        near = distinct(_meet(cones.take(block), start, end, size)[1])
-        step = max(1, PAIRS // (GROUP * max(near.size, 1))) * GROUP
-        for some in np.split(block, range(step, block.size, step)):
-            point, edge = _near(cones.take(some), start[:, near], end[:, near])
-            point, edge = some[point], near[edge]
-            low, high = _above(parts.position[:, point], parts.normal[:, point], start[:, edge], end[:, edge])
-            holds = cones.take(point).holds(start[:, edge], end[:, edge], low, high)
-            found[point[holds]] = True
-    return found
-
-
 def _above(position: Floats, normal: Floats, start: Floats, end: Floats) -> tuple[Floats, Floats]:
     """Between which shares of their length edges (3, n) are above the planes of surfaces at positions (3, n)."""
     a = start - position
@@ -199,35 +287,28 @@ def _clipped(low: Floats, high: Floats, value: Floats, slope: Floats) -> tuple[F
     return low, np.where((slope == 0) & (value < 0), -1.0, high)
 
 
-def _near(cones: Cone, start: Floats, end: Floats) -> tuple[Ints, Ints]:
-    """Cones (n,) and edges (3, s) that may meet, as pairs (m,) of their numbers."""
-    group, edge = _meet(cones, start, end, GROUP)
-    firsts = np.arange(0, cones.radius.size, GROUP)
-    owner, rank = expand(np.minimum(cones.radius.size - firsts, GROUP)[group])
-    return firsts[group][owner] + rank, edge[owner]
+def _cones(parts: Footprints, light: Light, span: float) -> Cone:
+    """From footprints (n,) to a light, as far as a penumbra can come from that fits in them, ``span`` at most.
 
-
-def _meet(cones: Cone, start: Floats, end: Floats, size: int) -> tuple[Ints, Ints]:
-    """Groups of so many of the cones (n,), and edges (3, s), that may meet, as pairs (m,) of their numbers."""
-    firsts = np.arange(0, cones.radius.size, size)
-    low, high = (f.reduceat(cones.position, firsts, axis=1) for f in (np.minimum, np.maximum))
-    reach = np.hypot(cones.farthest, cones.radius + cones.k * cones.farthest)
-    around = np.sqrt(dot(high - low, high - low)) / 2 + np.maximum.reduceat(reach, firsts)
-    e, to = (end - start)[:, None], ((low + high) / 2)[:, :, None] - start[:, None]
-    s = np.clip(dot(to, e) / np.maximum(dot(e, e), np.finfo(float).tiny), 0, 1)
-    gap = to - s * e
-    group, edge = np.nonzero(dot(gap, gap) <= around[:, None] ** 2)
-    return group, edge
-
-
-def _cone(light: Light, position: Floats) -> tuple[Floats, Floats, Floats]:
-    """From points (3, n): unit axis (3, n) to the light, its distance (n,), and k (n,), radius over distance."""
-    n, (middle, radius) = position.shape[1], light.middle()
+    Cones whose middles lie ``reach`` away turn against the middle one by no more than that over the light's distance:
+    within the range of a cone by ``sway``.
+    """
+    n, (middle, size) = parts.radius.size, light.middle()
+    radius, reach = parts.radius, parts.reach
     if light.at_infinity:
-        return np.broadcast_to(unit(middle), position.shape), np.full(n, np.inf), np.full(n, min(radius, WIDEST))
-    to = middle - position
-    distance = np.sqrt(dot(to, to))
-    return to / distance, distance, radius / distance
+        axis, distance, k = np.broadcast_to(unit(middle), parts.position.shape), np.inf, min(size, WIDEST)
+        near, far = np.full(n, k), k
+        sway = np.zeros(n)
+    else:
+        to = middle - parts.position
+        distance = np.sqrt(dot(to, to))
+        axis, left = to / distance, np.maximum(distance - reach, FLAT * distance)
+        near, far = size / left, size / (distance + reach)
+        distance, sway = distance + reach, reach / left
+    farthest = radius / np.maximum(2 * far / WIDTHS + radius / distance, radius / span)
+    sway = sway * np.hypot(farthest, radius + near * farthest)
+    wide = radius + sway * (1 + near) + reach * np.hypot(1.0, near)
+    return Cone(parts.position, axis, wide, near, farthest + sway + reach)
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,7 +320,7 @@ class Cone:
     position, axis : (3, n) float64
         Middles of the footprints; unit directions to the light's middle.
     radius, k : (n,) float64
-        Of the footprint, and the growth of the cone's with the distance along the axis.
+        At the middle, and how it grows with the distance along the axis.
     farthest : (n,) float64
         Distance at which it ends.
     """
@@ -249,6 +330,11 @@ class Cone:
     radius: Floats
     k: Floats
     farthest: Floats
+
+    @property
+    def reach(self) -> Floats:
+        """How far from the middle a cone goes at most (n,)."""
+        return np.hypot(self.farthest, self.radius + self.k * self.farthest)
 
     def take(self, index: Ints) -> Cone:
         """The cones ``index`` (k,)."""

@@ -10,21 +10,20 @@ import numpy as np
 from nusselt.renderer.needs import Source
 from nusselt.renderer.vectors import Bools, Floats, Ints, dot
 
-from .doubt import Footprints, doubted, doubtful, footprints
+from .doubt import Footprints, Suspects, footprints, in_doubt
 from .moments import Pieces
 from .regions import Regions
 
 SQUARE = 4
-"""Pixels in a side."""
+"""Pixels in a side of squares that show one region, which are taken as one from the start."""
+SIDES = (32, 4)
+"""Pixels a side of what is looked at as one, level by level."""
 AROUND = 1.11
-"""How much larger than a square and half a pixel around it what stands for it is: it holds its pixels' footprints."""
+"""How much larger than a square and half a pixel around it what stands for it is where it is round: it holds its
+pixels' footprints."""
 STEEP = 0.2
-"""Of the distance to the eye, that it may change by across what a square shows of a plane; and of that to a light, how
-large that may be."""
-FEWEST = 6
-"""Points that are worth asking for them as one first."""
-DENSE = 4
-"""Squares and regions, by pixels, that are counted without sorting."""
+"""Of the distance to the eye, that it may change by beside the middle of what a square shows of a plane; and of that
+to a light, how large that may be."""
 
 
 def doubtful_places(regions: Regions, sources: tuple[Source, ...], region: Ints, pieces: Pieces) -> tuple[Bools, Bools]:
@@ -38,16 +37,26 @@ def doubtful_places(regions: Regions, sources: tuple[Source, ...], region: Ints,
     middle = np.where(np.arange(pixel.size) < row.size, SQUARE / 2, 0.5)
     x, y = np.append(pixel % width + middle, pieces.x), np.append(pixel // width + middle, pieces.y)
     which = np.append(region.ravel()[pixel], pieces.region).astype(np.int64)
-    held = np.where(np.arange(x.size) < row.size, SQUARE * SQUARE, 1)
-    found = _in_groups(regions, sources, x, y, which, held)
-    i, j = np.divmod(np.arange(SQUARE * SQUARE), SQUARE)
-    every = (pixel[: row.size][found[: row.size], None] + i * width + j).ravel()
-    every = np.append(every, pixel[row.size :][found[row.size : pixel.size]])
-    part = np.flatnonzero(found[pixel.size :])
-    x, y = np.append(every % width + 0.5, pieces.x[part]), np.append(every // width + 0.5, pieces.y[part])
-    doubt = doubtful(regions, sources, x, y, np.append(region.ravel()[every], pieces.region[part]))
+    half = np.where(np.arange(x.size) < row.size, (SQUARE - 1) / 2, 0.0)
     alone, own = np.zeros(region.shape, dtype=bool), np.zeros(pieces.cell.size, dtype=bool)
-    alone.reshape(-1)[every], own[part] = doubt[: every.size], doubt[every.size :]
+    i, j = np.divmod(np.arange(SQUARE * SQUARE), SQUARE)
+    for source in sources:
+        found, suspects = np.arange(x.size), Suspects.all_edges(x.size)
+        for side in SIDES:
+            going, suspects = _in_groups(
+                regions, source, (x[found], y[found]), which[found], half[found], suspects, side
+            )
+            found, suspects = found[going], suspects.take(going)
+        ends = np.searchsorted(found, (row.size, pixel.size))
+        square, single, part = np.split(found, ends)
+        every = np.append((pixel[square][:, None] + i * width + j).ravel(), pixel[single])
+        part = part - pixel.size
+        places = np.append(every % width + 0.5, pieces.x[part]), np.append(every // width + 0.5, pieces.y[part])
+        parts = footprints(regions, *places, np.append(region.ravel()[every], pieces.region[part]))
+        each = np.append(np.arange(ends[0]).repeat(SQUARE * SQUARE), np.arange(ends[0], found.size))
+        point, _ = in_doubt(regions, source, parts, suspects.take(each))
+        alone.reshape(-1)[every[point[point < every.size]]] = True
+        own[part[point[point >= every.size] - every.size]] = True
     return alone, own
 
 
@@ -61,58 +70,69 @@ def _whole(region: Ints) -> Bools:
     return np.asarray(same)
 
 
-def _in_groups(regions: Regions, sources: tuple[Source, ...], x: Floats, y: Floats, region: Ints, held: Ints) -> Bools:
-    """Which points (n,) are among those that a square shows of one region where a shadow may fit; some stand for as
-    many pixels as they have ``held``.
+def _in_groups(
+    regions: Regions,
+    source: Source,
+    place: tuple[Floats, Floats],
+    region: Ints,
+    half: Floats,
+    suspects: Suspects,
+    side: int,
+) -> tuple[Ints, Suspects]:
+    """Which points (n,) are among those that a square, ``side`` pixels wide, shows of one region where a shadow of a
+    light may fit, and which edges may throw it, among those that may already; some points stand for squares of
+    pixels whose centres lie ``half`` (n,) around.
     """
+    x, y = place
     if x.size == 0:
-        return np.zeros(0, dtype=bool)
-    wide, kinds = int(x.max()) // SQUARE + 1, int(region.max()) + 1
-    key = ((y // SQUARE).astype(np.int64) * wide + (x // SQUARE).astype(np.int64)) * kinds + region
-    if int(key.max()) < DENSE * x.size:
-        group, count = key, np.bincount(key, held)
-        number = np.arange(count.size)
-    else:
-        number, group = np.unique(key, return_inverse=True)
-        count = np.bincount(group, held)
-    here = np.flatnonzero(count)
-    middle = [np.bincount(group, held * v)[here] / count[here] for v in (x, y)]
-    square, kind = np.divmod(number[here], kinds)
-    half = np.zeros(here.size)
-    for place, v in zip((square % wide, square // wide), middle, strict=True):
-        half = np.maximum(half, np.maximum(v - SQUARE * place, SQUARE * (place + 1) - v))
-    whole = count[here] == SQUARE * SQUARE
-    across, down = middle
-    found = _steep(regions, across, down, kind, half, whole) | (count[here] < FEWEST)
+        return np.zeros(0, dtype=np.int64), suspects
+    wide, kinds = int(x.max()) // side + 1, int(region.max()) + 1
+    key = ((y // side).astype(np.int64) * wide + (x // side).astype(np.int64)) * kinds + region
+    order = np.argsort(key, kind="stable")
+    first = np.flatnonzero(np.diff(key[order], prepend=-1))
+    kind, size = key[order[first]] % kinds, np.diff(np.append(first, x.size))
+    low, high = (
+        np.stack([f.reduceat((v + sign * half)[order], first) for v in (x, y)])
+        for f, sign in ((np.minimum, -1), (np.maximum, 1))
+    )
+    (across, down), around = (low + high) / 2, (high - low) / 2
+    held = np.add.reduceat(np.where(half[order] > 0, SQUARE * SQUARE, 1), first)
+    flat = kind % regions.surfaces < regions.faces.count
+    found = _steep(regions, across, down, kind, around)
+    found |= ~flat & ((held < SQUARE * SQUARE) | (side > SQUARE))  # its normals turn
     some = np.flatnonzero(~found)
-    parts = footprints(regions, across[some], down[some], kind[some], 2 * AROUND * (half[some] + 0.5))
-    found[some] = parts.radius >= regions.radii[kind[some] % regions.surfaces]
-    found[some] |= _close(sources, parts) | doubted(regions, sources, parts)
-    doubt = np.zeros(count.size, dtype=bool)
-    doubt[here] = found
-    return doubt[group]
+    flat, around = flat[some], around[:, some]
+    width = np.where(flat, 1.0, AROUND * (SQUARE + 1))
+    parts = footprints(regions, across[some], down[some], kind[some], width, np.where(flat, around, 0.0))
+    wild = _close(source, parts) | (~flat & (parts.radius >= regions.radii[kind[some] % regions.surfaces]))
+    found[some] = wild
+    tame = np.flatnonzero(~wild)
+    some, flat = some[tame], flat[tame]
+    known = suspects.take(order[first])
+    point, edge = in_doubt(regions, source, parts.take(tame), known.take(some))
+    found[some[point]] = True
+    known = known.given(some[flat], (np.cumsum(flat) - 1)[point[flat[point]]], edge[flat[point]])
+    group = np.empty(x.size, dtype=np.int64)
+    group[order] = np.repeat(np.arange(first.size), size)
+    going = np.flatnonzero(found[group])
+    return going, known.take(group)
 
 
-def _close(sources: tuple[Source, ...], parts: Footprints) -> Bools:
-    """Which footprints (n,) are near a light for their own size."""
-    close = np.zeros(parts.radius.size, dtype=bool)
-    for light in (source.light for source in sources if not source.light.at_infinity):
-        to = light.middle()[0] - parts.position
-        close |= parts.radius > STEEP * np.sqrt(dot(to, to))
-    return close
+def _close(source: Source, parts: Footprints) -> Bools:
+    """Which footprints (n,) are near a light for what they stand for."""
+    if source.light.at_infinity:
+        return np.zeros(parts.radius.size, dtype=bool)
+    to = source.light.middle()[0] - parts.position
+    return np.asarray(parts.radius + parts.reach > STEEP * np.sqrt(dot(to, to)))
 
 
-def _steep(regions: Regions, x: Floats, y: Floats, region: Ints, half: Floats, whole: Bools) -> Bools:
-    """Whether surfaces run too steeply, ``half`` (n,) pixels about image points (n,), for one point to tell of all.
-
-    Of what is round, squares that show more than it.
-    """
+def _steep(regions: Regions, x: Floats, y: Floats, region: Ints, around: Floats) -> Bools:
+    """Whether planes run too steeply, ``around`` (2, n) pixels about image points (n,), for one to tell of all."""
     surface, lens = region % regions.surfaces, regions.lens
-    flat = surface < regions.faces.count
-    steep = ~flat & ~whole
-    k = np.flatnonzero(flat)
+    steep = np.zeros(x.size, dtype=bool)
+    k = np.flatnonzero(surface < regions.faces.count)
     row = regions.pencil.planes.nearness[:, regions.faces.triangle[surface[k]]]
     near, steps = dot(row, lens.directions(x[k], y[k])), (2 * lens.right / lens.width, 2 * lens.up / lens.height)
-    change = (np.abs(dot(row, steps[0])) + np.abs(dot(row, steps[1]))) * half[k]
+    change = sum(np.abs(dot(row, step)) * half for step, half in zip(steps, around[:, k], strict=True))
     steep[k] = change > STEEP * near
-    return np.asarray(steep)
+    return steep

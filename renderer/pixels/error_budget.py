@@ -34,9 +34,9 @@ class Budget:
     most: float
 
     @classmethod
-    def of(cls, limit: float, values: int) -> Budget:
+    def of(cls, limit: float, values: int, squares: int = SQUARES) -> Budget:
         square = limit**2 * values
-        return cls(square, square / SQUARES, MOST * limit)
+        return cls(square, square / squares, MOST * limit)
 
     def takes(self, error: Floats, count: Floats | int) -> Bools:
         """Which errors of ``count`` values each are accepted; they are spent."""

@@ -19,7 +19,7 @@ import numpy as np
 
 from nusselt.renderer.vectors import Bools, Floats, Ints
 
-from .error_budget import Budget
+from .error_budget import SQUARES, Budget
 from .filling import Evaluate, Filled, Filling, Parts
 from .moments import Pieces
 
@@ -34,13 +34,19 @@ class Price:
         So many are evaluated sooner than it is told.
     nodes : int
         Centres at least across the image, at first.
+    share : float
+        Of the tolerance, that interpolated values may spend.
+    squares : int
+        Squares, of those that err most, that may spend what all may.
     """
 
     few: int
     nodes: int
+    share: float = 0.5
+    squares: int = SQUARES
 
 
-BARE, SHADOWED, DEAR = Price(2048, 64), Price(256, 64), Price(0, 32)
+BARE, SHADOWED, DEAR, CENTRE = Price(2048, 64), Price(256, 64), Price(0, 32, 0.7, 256), Price(0, 32)
 
 
 def fill_centres(
@@ -61,7 +67,7 @@ def fill(
     evaluate: Evaluate,
     allowed: Callable[[Floats], float],
     alone: Bools,
-    price: Price = DEAR,
+    price: Price = CENTRE,
     channels: int = 3,
 ) -> Filled:
     """Radiance at all centres whose region is at least 0, and of all pieces.
@@ -87,7 +93,8 @@ def fill(
         plan = work.planned(step)
         values = work.ask(step, plan.trials)
         if budget is None:
-            budget = Budget.of(allowed(values), int(np.count_nonzero(~work.known)) + parts.pieces.cell.size)
+            count = int(np.count_nonzero(~work.known)) + parts.pieces.cell.size
+            budget = Budget.of(allowed(values), count, price.squares)
         kept = budget.left * (0.5 if step > 2 else 0)
         budget.left -= kept
         work.fill(plan, budget)

@@ -26,10 +26,8 @@ from .shade import Palette, Shader, surface_of
 from .small_faces import SmallFaces
 from .whole_pixels import EDGE, Shown
 
-SHARE = 0.5
-"""Of the tolerance, that interpolated values may spend."""
 FITTED = 0.25
-"""The same, that values on small faces may be fitted to."""
+"""Of the tolerance, that values on small faces may be fitted to."""
 DEEP = 1 / 64
 """Of the unshadowed radiance, below which nothing follows from what is around: how much of a light is seen grows with
 the square of the way into the penumbra, or its cube, from nothing."""
@@ -83,11 +81,12 @@ def first_values(
     alone, own = _doubtful(regions, needs, region, pieces)
     small = SmallFaces.of(regions, region, pieces, alone, own) if needs.sources else None
     rough = _junction(shown.pieces, mine, small.label if small else pieces.region)
-    rough |= np.isin(pieces.cell, shown.sampled.pixel)
-    rough |= regions.seen(pieces.x, pieces.y) != pieces.region
     if small:  # they are not filled from others
         region.reshape(-1)[small.pixel], alone.reshape(-1)[small.pixel] = EDGE, False
         pieces, own, rough = pieces.take(small.others), own[small.others], rough[small.others]
+    rough |= np.isin(pieces.cell, shown.sampled.pixel)
+    rough |= regions.seen(pieces.x, pieces.y) != pieces.region
+    price = _price(regions, needs)
 
     def evaluate(pixel: Ints, piece: Ints) -> Floats:
         x, y = pixel % width + 0.5, pixel // width + 0.5
@@ -95,10 +94,9 @@ def first_values(
         return shade(np.append(x, pieces.x[piece]), np.append(y, pieces.y[piece]), np.concatenate(which))
 
     def allowed(first: Floats) -> float:
-        return SHARE * tolerance * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
+        return price.share * tolerance * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
 
     channels = 3 if palette.tint is None else 1
-    price = _price(regions, needs)
     found = fill(region, Parts(pieces, own, own | rough), evaluate, allowed, alone, price, channels)
     known = Known.of(found.value, region, pieces, found.piece)
     # What others tell nothing of tells nothing of its neighbours.

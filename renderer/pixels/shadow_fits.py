@@ -29,7 +29,7 @@ RIDGE = 0.1
 BESIDE = 1 / 8
 """Of what a place's own value misses the plane around it by: how far its mean may be from it."""
 
-TRIED = 256
+TRIED = 512
 """Places that are asked to find what shadows that fit in a pixel are worth."""
 
 Shade = Callable[[Ints], Floats]
@@ -78,6 +78,11 @@ class Places:
         dark: Bools = (free == 0).all(axis=0)
         return cls(x, y, area, face, body, free, lost, free.copy(), dark, np.zeros(x.size))
 
+    @property
+    def brightest(self) -> float:
+        """Sum of squared radiance, where nothing is hidden."""
+        return float((self.area * self.free**2).sum())
+
     def ask(self, index: Ints, shade: Shade) -> Floats:
         """Evaluate places (k,); the squared misses (k,) of what was fitted there."""
         value = shade(index)
@@ -101,9 +106,11 @@ def fit_shadows(places: Places, shade: Shade, tolerance: float, others: float) -
     active: Ints = np.flatnonzero(~places.known)
     if active.size == 0:
         return
-    before, budget = places.body, np.inf
-    for level, (patch, across) in enumerate(_levels(places, active)):
-        asked = active[_spread(places, patch[active], active, across)]
+    before, budget, levels = places.body, np.inf, _levels(places, active)
+    first = [active[_spread(places, patch[active], active, across)] for patch, across in levels[:2]]
+    shade = _asked_at_once(places, shade, first, tolerance**2 * (others + places.brightest))
+    for level, (patch, across) in enumerate(levels):
+        asked = first[level] if level < 2 else active[_spread(places, patch[active], active, across)]
         asked = asked[~places.known[asked]]
         fitted = places.value[:, asked].copy()
         miss = places.ask(asked, shade)
@@ -118,23 +125,55 @@ def fit_shadows(places: Places, shade: Shade, tolerance: float, others: float) -
     places.ask(active, shade)
 
 
+def _asked_at_once(places: Places, shade: Shade, levels: list[Ints], budget: float) -> Shade:
+    """The same, with what is asked in any case evaluated at once: of some levels, and doubt beyond that budget."""
+    first = distinct(np.concatenate(levels))
+    known = places.known.copy()
+    known[first] = True
+    first = np.append(first, _tried(places, known, budget))
+    row = np.full(known.size, -1)
+    row[first] = np.arange(first.size)
+    value = shade(first)
+
+    def remembered(index: Ints) -> Floats:
+        new = row[index] < 0
+        found = value[:, row[index]]
+        if new.any():
+            found[:, new] = shade(index[new])
+        return found
+
+    return remembered
+
+
+def _tried(places: Places, known: Bools, budget: float) -> Ints:
+    """Places (k,) that tell what shadows that fit in a pixel are worth, if they may be worth half of the budget."""
+    k = np.flatnonzero((places.lost > 0) & ~known)
+    if (places.area[k] * places.lost[k] ** 2).sum() <= budget / 2:
+        return k[:0]
+    return k[:: max(1, k.size // TRIED)]
+
+
 def _levels(places: Places, active: Ints) -> list[tuple[Ints, int]]:
     """Patches (n,), level by level, and how many places are asked along their diagonals; none that hold few faces."""
-    faces = distinct(places.face[active]).size
+    faces = _count(places.face[active])
     levels: list[tuple[Ints, int]] = []
     for side in SIDES:
         patch = _patches(places, side)
-        if len(levels) == 0 or FACES * distinct(patch[active]).size <= faces:
+        if len(levels) == 0 or FACES * _count(patch[active]) <= faces:
             levels.append((patch, MANY))
     return [*levels, (places.face, FEW)]
 
 
+def _count(names: Ints) -> int:
+    """How many different small numbers there are."""
+    return int(np.count_nonzero(np.bincount(names)))
+
+
 def _try_doubt(places: Places, shade: Shade, budget: float) -> None:
     """Lessen what shadows that fit in a pixel may be worth to what some of those places miss their planes by."""
-    k = np.flatnonzero((places.lost > 0) & ~places.known)
-    if (places.area[k] * places.lost[k] ** 2).sum() <= budget / 2:
+    tried = _tried(places, places.known, budget)
+    if tried.size == 0:
         return
-    tried = k[:: max(1, k.size // TRIED)]
     weight, square = places.area[tried], places.lost[tried] ** 2
     most = float((weight * square).sum())
     found = float((weight * places.ask(tried, shade)).sum()) + PRIOR * most / tried.size

@@ -10,11 +10,11 @@ import numpy as np
 from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.ragged import take
 from nusselt.renderer.lights import Light
-from nusselt.renderer.vectors import Bools, Floats, Ints
+from nusselt.renderer.vectors import Bools, Floats, Ints, distinct
 
 from .bvh import Hierarchy
 from .segments import Blockers
-from .silhouette import Outline, outline, project, silhouette, surface_of, winding
+from .silhouette import Outline, Silhouette, outline, project, silhouette, surface_of, winding
 
 FEW = 512
 """Points of one of many light points, below which their rays are followed: a silhouette takes longer."""
@@ -28,6 +28,12 @@ def outline_of(geometry: Geometry, hierarchy: Hierarchy, light: Light) -> tuple[
         return None, reason
     found = outline(surface, light.hull(), light.at_infinity)
     return found, "" if found else "the light lies beside or inside the surface"
+
+
+@lru_cache(maxsize=64)
+def _silhouette(outline: Outline, eye: bytes) -> Silhouette | None:
+    """From one of the few light points at which layers are counted, again and again."""
+    return silhouette(outline, np.frombuffer(eye).reshape(3, 1), False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,16 +133,22 @@ class CommonVisibility:
             hidden[unsure] = self.blockers.hierarchy_hides(p, way, at_infinity)
         return hidden
 
-    def layers(self, points: Floats, d: Floats, eye: Floats, outside: Bools | None = None) -> Ints:
-        """How many layers of the closed surface lie between points outside it (3, n) and the light point.
+    def layers(self, points: Floats, d: Floats, eyes: Floats, of: Ints, outside: Bools | None = None) -> Ints:
+        """How many layers of the closed surface lie between points outside it (3, n) and each its own of several light
+        points, (3, m).
 
-        ``outside`` as in `seen`.
+        ``d``, ``of`` and ``outside`` as in `seen`.
         """
         found: Ints = np.zeros(points.shape[1], dtype=np.int64)
-        edges = silhouette(self.outline, eye, False) if self.outline is not None else None
-        if edges is not None and self.outline is not None:
-            x, y, depth = project(self.outline, points, eye, False)
-            found = _turned_to(winding(edges, np.where(depth > 0, x, np.inf), y), outside)
+        if self.outline is None:
+            return found
+        for number in distinct(of).tolist():
+            mine, eye = np.flatnonzero(of == number), eyes[:, [number]]
+            edges = _silhouette(self.outline, eye.tobytes())
+            if edges is not None:
+                x, y, depth = project(self.outline, take(points, mine), eye, False)
+                around = None if outside is None else take(outside, mine)
+                found[mine] = _turned_to(winding(edges, np.where(depth > 0, x, np.inf), y), around)
         k = np.flatnonzero(found)
         unsure = k[~self._beyond(take(points, k), take(d, k))]
         # Into a closed surface and out of it again: two crossings a layer.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from nusselt.renderer.vectors import Floats, Ints, cross, dot
 from .light_frame import Candidates, LightFrame
 
 
-def edge_terms(a: Floats, way: Floats, n: Floats, size: Floats | float = 0.0) -> tuple[Floats, Floats]:
+def edge_terms(a: Floats, way: Floats, n: Floats, size: Floats | float | None = 0.0) -> tuple[Floats, Floats]:
     """Lambert's -1/2 angle(a, b) n . (a x b)/|a x b| with b = a + way, and what rounding does to it.
 
     Positive along a counter-clockwise rim above the horizon. The product a x way and the angle from atan2 keep their
@@ -23,8 +23,8 @@ def edge_terms(a: Floats, way: Floats, n: Floats, size: Floats | float = 0.0) ->
     ----------
     a, way, n : (3, m) float64
         The way is rounded relative to itself.
-    size : (m,) float64
-        Magnitude of the coordinates whose rounding moves a and b.
+    size : (m,) float64, optional
+        Magnitude of the coordinates whose rounding moves a and b; without it there is no doubt, 0.
 
     Returns
     -------
@@ -38,17 +38,20 @@ def edge_terms(a: Floats, way: Floats, n: Floats, size: Floats | float = 0.0) ->
     sine = np.sqrt(dot(normal, normal))
     angle = np.arctan2(sine, square + along)
     inverse = np.divide(angle, sine, out=np.zeros_like(sine), where=sine > 0)
+    term: Floats = -0.5 * inverse * dot(n, normal)
+    if size is None:
+        return term, np.zeros_like(term)
     length = dot(way, way)
     doubt = inverse * np.sqrt(square * length)
     near = np.minimum(square, square + 2 * along + length)
     with np.errstate(divide="ignore", invalid="ignore"):
         doubt *= 1 + np.where(near > 0, size / np.sqrt(np.maximum(near, 0)), np.inf)
-    return -0.5 * inverse * dot(n, normal), doubt
+    return term, doubt
 
 
 def edge_term(a: Floats, b: Floats, n: Floats) -> Floats:
     """Lambert's term from a to b: see `edge_terms`."""
-    return edge_terms(a, b - a, n)[0]
+    return edge_terms(a, b - a, n, None)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,27 +84,71 @@ HORIZON = 1e-12
 face that a point lies on do, to rounding."""
 
 
-def pieces(edges: Candidates, height: Floats, x: Floats, n: Floats, local: Floats, frame: LightFrame) -> Pieces:
-    """Of points x with normals n, (3, m), ``local`` in the light's frame, at ``height`` (f, m) over the faces."""
-    front = height > 0  # each face once: were two of its edges to disagree by rounding, the contour would not close
-    left = np.take(front, edges.left, axis=0)
-    pair = np.flatnonzero(left != np.take(front, edges.right, axis=0))
-    edge, owner = np.divmod(pair, x.shape[1])
-    ahead = take(left.ravel(), pair)
+SIDES = ((0, 1.0, 0.0), (1, -1.0, 1.0), (0, -1.0, 1.0), (1, 1.0, 0.0))
+"""Of the light: p or q, and what sign p, or q, less a bound has inside."""
+
+
+@dataclass(frozen=True, eq=False)
+class Silhouettes:
+    """Silhouette edges that may lie before the light, each seen from one point.
+
+    Parameters
+    ----------
+    owner : (m,) int64
+        The point.
+    ahead : (m,) bool
+        Whether the face on the left is the one turned to it.
+    start, end : (3, m) float64
+        World.
+    local_start, local_end : (3, m) float64
+        The same in the light's frame.
+    size : (m,) float64
+        Magnitude of the coordinates of all edges that were looked at.
+    """
+
+    owner: Ints
+    ahead: NDArray[np.bool_]
+    start: Floats
+    end: Floats
+    local_start: Floats
+    local_end: Floats
+    size: Floats
+
+    @classmethod
+    def of(cls, edges: Candidates, height: Floats, local: Floats) -> Silhouettes:
+        """Of points ``local`` (3, m) in the light's frame, at ``height`` (f, m) over the faces."""
+        front = height > 0  # each face once: were two of its edges to disagree by rounding, the contour would not close
+        left = np.take(front, edges.left, axis=0)
+        pair = np.flatnonzero(left != np.take(front, edges.right, axis=0))
+        edge, owner = np.divmod(pair, local.shape[1])
+        near = _not_beyond(edges, edge, owner, local)
+        edge, ahead = take(edge, near), take(left.ravel(), take(pair, near))
+        ends = (take(v, edge) for v in (edges.start, edges.end, edges.local_start, edges.local_end))
+        size = np.full(edge.size, np.abs(edges.start).max(initial=0))
+        return cls(take(owner, near), ahead, *ends, size)
+
+    @classmethod
+    def joined(cls, parts: list[Silhouettes]) -> Silhouettes:
+        """One after the other."""
+        names = [part.name for part in fields(cls)]
+        return cls(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
+
+
+def pieces(edges: Silhouettes, x: Floats, n: Floats, local: Floats, frame: LightFrame) -> Pieces:
+    """Of points x with normals n, (3, m), ``local`` in the light's frame."""
+    owner, ahead = edges.owner, edges.ahead
     at = take(local, owner)
-    a, b = take(edges.local_start, edge) - at, take(edges.local_end, edge) - at
-    first, last = np.zeros(pair.size), np.ones(pair.size)
-    begins, ends = np.full(pair.size, -1), np.full(pair.size, -1)
-    sides = ((0, 1.0, 0.0), (1, -1.0, 1.0), (0, -1.0, 1.0), (1, 1.0, 0.0))
+    a, b = edges.local_start - at, edges.local_end - at
+    first, last = np.zeros(owner.size), np.ones(owner.size)
+    begins, ends = np.full(owner.size, -1), np.full(owner.size, -1)
     # A light wholly above a horizon has nothing before it that is not.
     clear = above_horizon(x, n, frame)
     for side in range(4 if clear else 5):
         if side < 4:  # inside where sign (p - bound) >= 0, times the depth -r of the direction
-            axis, sign, bound = sides[side]
-            arm = at[axis] - bound
-            ga, gb = (sign * (at[2] * v[axis] - arm * v[2]) for v in (a, b))
+            axis, sign, bound = SIDES[side]
+            ga, gb = (sign * (at[2] * v[axis] - (at[axis] - bound) * v[2]) for v in (a, b))
         else:
-            ga, gb = _over_horizon(edges, edge, x, n, owner)
+            ga, gb = _over_horizon(edges, x, n)
         with np.errstate(divide="ignore", invalid="ignore"):
             cut = ga / (ga - gb)
         later = (ga < 0) & (gb >= 0) & (cut > first)
@@ -111,10 +158,10 @@ def pieces(edges: Candidates, height: Floats, x: Floats, n: Floats, local: Float
         last = np.where((ga < 0) & (gb < 0), -1.0, last)
     # One that only starts on the rim, or ends there, has no length, but is where the contour leaves or enters.
     k = np.flatnonzero((first <= last) & (np.minimum(a[2], b[2]) < 0))
-    edge, owner, ahead = take(edge, k), take(owner, k), take(ahead, k)
+    owner, ahead = take(owner, k), take(ahead, k)
     first, last, begins, ends = (take(v, k) for v in (first, last, begins, ends))
     at = take(x, owner)
-    a, b = take(edges.start, edge) - at, take(edges.end, edge) - at
+    a, b = take(edges.start, k) - at, take(edges.end, k) - at
     way = b - a
     a, b = np.where(first > 0, a + first * way, a), np.where(last < 1, a + last * way, b)
     a, b = np.where(ahead, a, b), np.where(ahead, b, a)
@@ -127,9 +174,26 @@ def pieces(edges: Candidates, height: Floats, x: Floats, n: Floats, local: Float
         on.append([np.clip(at[axis] - reach * u[axis], 0, 1) for axis in (0, 1)])
     p, q = (np.stack((on[0][axis], on[1][axis])) for axis in (0, 1))
     for end, where in enumerate((begins, ends)):
-        for side, (axis, _, bound) in enumerate(sides):  # on the rim to the last bit, or strips would not close
+        for side, (axis, _, bound) in enumerate(SIDES):  # on the rim to the last bit, or strips would not close
             (p, q)[axis][end, where == side] = bound
     return Pieces(owner, a, b, begins, ends, p, q)
+
+
+def _not_beyond(edges: Candidates, edge: Ints, owner: Ints, local: Floats) -> Ints:
+    """Which pairs (k,) of an edge and a point are not wholly beyond one side of the light: few."""
+    k: Ints = np.arange(edge.size)
+    for axis in (0, 1):
+        at, depth = take(local[axis], owner), take(local[2], owner)
+        ends = [
+            (take(end[axis], edge) - at, take(end[2], edge) - depth) for end in (edges.local_start, edges.local_end)
+        ]
+        beyond = np.zeros(edge.size, dtype=bool)
+        for _, sign, bound in SIDES[axis::2]:
+            first, last = (sign * (depth * across - (at - bound) * down) < 0 for across, down in ends)
+            beyond |= first & last
+        left = np.flatnonzero(~beyond)
+        k, edge, owner = take(k, left), take(edge, left), take(owner, left)
+    return k
 
 
 def above_horizon(x: Floats, n: Floats, frame: LightFrame) -> bool:
@@ -139,12 +203,11 @@ def above_horizon(x: Floats, n: Floats, frame: LightFrame) -> bool:
     return bool((height > HORIZON * size).all())
 
 
-def _over_horizon(edges: Candidates, edge: Ints, x: Floats, n: Floats, owner: Ints) -> tuple[Floats, Floats]:
+def _over_horizon(edges: Silhouettes, x: Floats, n: Floats) -> tuple[Floats, Floats]:
     """Heights of the ends of edges over the horizons of their points, less the tolerance; each (m,)."""
-    own = dot(n, x)
-    size = HORIZON * (np.abs(edges.start).max(initial=0) + np.abs(x).max(initial=0))
-    normal, level = take(n, owner), take(own, owner) + size
-    first, last = (dot(normal, take(end, edge)) - level for end in (edges.start, edges.end))
+    size = HORIZON * (edges.size + np.abs(x).max(initial=0))
+    normal, level = take(n, edges.owner), take(dot(n, x), edges.owner) + size
+    first, last = (dot(normal, end) - level for end in (edges.start, edges.end))
     return first, last
 
 
@@ -176,39 +239,41 @@ class Rim:
     q: Floats
 
     @classmethod
-    def of(cls, x: Floats, n: Floats, frame: LightFrame, size: Floats) -> Rim:
-        """For points x with normals n, (3, n), and coordinates of magnitude ``size`` (n,)."""
-        corners = frame.rim[:, :, None] - x[:, None, :]
-        height = dot(n[:, None, :], corners)
-        terms, begin, q, doubt = [], [], np.zeros((2, x.shape[1])), np.zeros(x.shape[1])
-        sinks = np.zeros((5, x.shape[1]), dtype=bool)  # the horizon's part comes after the side that sinks
-        horizon = np.zeros((2, 3, x.shape[1]))
-        for j in range(4):
-            a, b, ha, hb = corners[:, j], corners[:, (j + 1) % 4], height[j], height[(j + 1) % 4]
-            crosses = (ha >= 0) != (hb >= 0)
-            share = np.divide(ha, ha - hb, out=np.zeros_like(ha), where=crosses)
-            at = a + share * (b - a)
-            sinks[j + 1] = crosses & (ha >= 0)
-            for end, mine in ((0, sinks[j + 1]), (1, crosses & (ha < 0))):
-                horizon[end] = np.where(mine, at, horizon[end])
-                q[end] = np.where(mine, (share, 1.0, 1 - share, 0.0)[j], q[end])
-            start, stop = np.where(ha >= 0, a, at), np.where(hb >= 0, b, at)
-            term, more = edge_terms(start, stop - start, n, size)
-            terms.append(np.where((ha >= 0) | (hb >= 0), term, 0.0))
-            doubt += more
-            begin.append(start)
+    def of(cls, x: Floats, n: Floats, frame: LightFrame, size: Floats | None) -> Rim:
+        """For points x with normals n, (3, n), and coordinates of magnitude ``size`` (n,), if doubts are asked for."""
+        a, count = frame.rim.T[:, :, None] - x, x.shape[1]  # corner by corner
+        ha = dot(n[:, None, :], a.swapaxes(0, 1))
+        b, hb = np.roll(a, -1, axis=0), np.roll(ha, -1, axis=0)
+        up = np.stack((ha >= 0, hb >= 0))
+        crosses = up[0] != up[1]
+        share = np.divide(ha, ha - hb, out=np.zeros_like(ha), where=crosses)
+        at = a + share[:, None] * (b - a)
+        each, along = np.arange(count), np.stack((share[0], np.ones(count), 1 - share[2], np.zeros(count)))
+        horizon, q = np.zeros((2, 3, count)), np.zeros((2, count))
+        for end, mine in enumerate((crosses & up[0], crosses & up[1])):
+            side, here = 3 - mine[::-1].argmax(axis=0), mine.any(axis=0)
+            horizon[end] = np.where(here, at[side, :, each].T, 0.0)
+            q[end] = np.where(here, along[side, each], 0.0)
+        sinks = np.concatenate((np.zeros((1, count), dtype=bool), crosses & up[0]))  # the horizon comes after this side
+        begin = np.concatenate((np.where(up[0][:, None], a, at), horizon[:1]))
+        way = np.concatenate((np.where(up[1][:, None], b, at), horizon[1:])) - begin
+        first, way = (v.swapaxes(0, 1).reshape(3, -1) for v in (begin, way))
+        normal = np.tile(n, 5)
+        terms, doubts = (
+            v.reshape(5, count) for v in edge_terms(first, way, normal, None if size is None else np.tile(size, 5))
+        )
+        terms[:4] *= up.any(axis=0)
         cut = sinks.any(axis=0)
-        term, more = edge_terms(horizon[0], horizon[1] - horizon[0], n, size)
-        level = np.where(cut, term, 0.0)
-        before = np.cumsum(np.stack([np.zeros(x.shape[1]), *terms]), axis=0)
+        level = np.where(cut, terms[4], 0.0)
+        before = np.cumsum(np.vstack((np.zeros(count), terms[:4])), axis=0)
         sunk = np.cumsum(sinks, axis=0) > 0
         passed = before[:4] + np.where(sunk[:4], level, 0.0)
         own = np.where(sinks, before, 0.0).sum(axis=0)
         return cls(
-            np.stack([*begin, horizon[0]]),
+            begin,
             np.concatenate((passed, own[None])),
             before[4] + level,
-            doubt + np.where(cut, more, 0.0),
+            doubts[:4].sum(axis=0) + np.where(cut, doubts[4], 0.0),
             sinks[1] & (q[1] > q[0]),
             q * cut,
         )
@@ -243,15 +308,15 @@ def on_left(cut: Pieces, rim: Rim) -> tuple[Floats, Ints]:
     return np.concatenate(at), np.repeat([-1, 1], cut.owner.size)
 
 
-def layers(cut: Pieces, rim: Rim, n: Floats, start: Ints, size: Floats) -> tuple[Floats, Floats]:
+def layers(cut: Pieces, rim: Rim, n: Floats, start: Ints, size: Floats | None) -> tuple[Floats, Floats]:
     """int f w over the light for points with normals n (3, n) and layers ``start`` (n,) before the first corner.
 
     Along the rim from that corner, w falls where a piece enters and rises where one leaves. Returned with the sum of
-    all terms' doubts, for coordinates of magnitude ``size`` (n,).
+    all terms' doubts, for coordinates of magnitude ``size`` (n,); 0 without it.
     """
     count = n.shape[1]
     normal = take(n, cut.owner)
-    term, doubt = edge_terms(cut.a, cut.b - cut.a, normal, take(size, cut.owner))
+    term, doubt = edge_terms(cut.a, cut.b - cut.a, normal, None if size is None else take(size, cut.owner))
     value = start * rim.whole + np.bincount(cut.owner, term, minlength=count)
     rims = np.abs(start)
     for side, end, jump in ((cut.enters, cut.a, -1.0), (cut.leaves, cut.b, 1.0)):

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from nusselt.renderer.geometry.ragged import take
 from nusselt.renderer.lights import QuadLight
 from nusselt.renderer.needs import Source
-from nusselt.renderer.vectors import Floats, Ints, column, distinct, dot
+from nusselt.renderer.vectors import Floats, Ints, column, dot
 from nusselt.renderer.visibility.bvh import morton
 from nusselt.renderer.visibility.shared_points import CommonVisibility
 from nusselt.renderer.visibility.silhouette import Outline
 
-from .contour import Rim, before_corner, layers, on_left, pieces
+from .contour import Pieces, Rim, Silhouettes, before_corner, layers, on_left, pieces
 from .light_frame import Candidates, LightFrame
 from .overlap import extra_layers
 from .rounding import on_folds, rounding
@@ -29,8 +31,14 @@ SPOT = (0.3819660112501051, 0.2763932022500210)
 NEARER = (1.0, 2.0**-8, 2.0**-16, 2.0**-24, 0.0)
 """How much nearer to its first corner for points whose horizon hides that."""
 
+HIGH = 0.5
+"""Of the highest corner's height, another's that serves as well."""
+
 PAIRS = 1 << 19
 """Edge-point pairs looked at at once."""
+
+EDGES = 1 << 15
+"""Edges before the light that are looked at at once, where bits do not matter."""
 
 ROUGH = ((3e-3, 0, 8), (9e-4, 1 << 15, 4))
 """From which tolerance of an image and for how many edges, which make strips narrow, so many strips of overlapping
@@ -47,6 +55,12 @@ def shines_clear(source: Source) -> bool:
     outline, light = CommonVisibility.of(source.blockers, source.light).outline, source.light.parallelogram()
     if outline is None or light is None:
         return False
+    return _before(outline, light)
+
+
+@lru_cache(maxsize=8)
+def _before(outline: Outline, light: QuadLight) -> bool:
+    """Whether all of an outline lies on a light's shining side."""
     frame = LightFrame.of(light)
     return bool(min(frame.point(ends)[2].min(initial=1) for ends in (outline.start, outline.end)) > 0)
 
@@ -74,7 +88,8 @@ def hidden_irradiance(
     Returns
     -------
     value, bound : (m,) float64
-        Irradiance, relative to radiance 1, and a bound of its absolute error: see `rounding`.
+        Irradiance, relative to radiance 1, and a bound of its absolute error: see `rounding`. With a tolerance there
+        is no bound, inf.
 
     Raises
     ------
@@ -89,13 +104,31 @@ def hidden_irradiance(
     out = np.zeros((2, x.shape[1]))
     own = LightFrame.of(light)
     height = dot(n[:, None, :], own.rim[:, :, None] - x[:, None, :])
-    highest = np.where((height.max(axis=0) > 0) & (own.point(x)[2] > 0), height.argmax(axis=0), -1)
-    for corner in distinct(highest[highest >= 0]).tolist():
-        # The rim is walked from the corner that is highest over the point's horizon.
-        k = np.flatnonzero(highest == corner)
-        around = None if outside is None else outside[k]
-        out[:, k] = _from_corner(view, LightFrame.turned(light, corner), x[:, k], n[:, k], around, tolerance)
+    first = np.where((height.max(axis=0) > 0) & (own.point(x)[2] > 0), _first_corner(height, tolerance), -1)
+    frames = [LightFrame.turned(light, corner) for corner in range(4)]
+    mine = [np.flatnonzero(first == corner) for corner in range(4)]
+    spot, within = _layers(view, frames, mine, x, n, outside)
+    for frame, k in zip(frames, mine, strict=True):
+        if k.size:
+            points = Points(x[:, k], n[:, k], frame.point(x[:, k]), spot[:, k], within[k])
+            out[:, k] = _from_corner(_candidates(view.outline, frame.light), frame, points, tolerance)
     return out[0], out[1]
+
+
+def _first_corner(height: Floats, tolerance: float) -> Ints:
+    """From which corner of the light each point's rim is walked (m,): the highest over its horizon, (4, m), or, where
+    bits do not matter, one of few that are at least HIGH of that.
+    """
+    found: Ints = height.argmax(axis=0)
+    if not tolerance:
+        return found
+    left = height >= HIGH * height.max(axis=0)
+    while left.any():
+        corner = int(left.sum(axis=1).argmax())
+        mine = left[corner].copy()
+        found[mine] = corner
+        left[:, mine] = False
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +151,7 @@ class Points:
     spot: Floats
     within: Ints
 
-    def part(self, s: slice) -> Points:
+    def part(self, s: slice | Ints) -> Points:
         return Points(self.x[:, s], self.n[:, s], self.local[:, s], self.spot[:, s], self.within[s])
 
 
@@ -127,44 +160,46 @@ def _candidates(outline: Outline, light: QuadLight) -> Candidates:
     return Candidates.of(outline, LightFrame.of(light))
 
 
-def _from_corner(
-    view: CommonVisibility,
-    frame: LightFrame,
-    x: Floats,
-    n: Floats,
-    outside: NDArray[np.bool_] | None,
-    tolerance: float,
-) -> Floats:
+def _from_corner(edges: Candidates, frame: LightFrame, points: Points, tolerance: float) -> Floats:
     """For points whose horizon is below the frame's first corner."""
-    out = np.zeros((2, x.shape[1]))
-    if view.outline is None:
-        return out
-    everything = _candidates(view.outline, frame.light)
+    x = points.x
     low, high = x.min(axis=1, keepdims=True), x.max(axis=1, keepdims=True)
     span = np.where(high > low, high - low, 1.0)
     order = np.argsort(morton(2 * (x - low) / span - 1), kind="stable")
-    x, n = x[:, order], n[:, order]
-    points = Points(x, n, frame.point(x), *_layers(view, frame, x, n, None if outside is None else outside[order]))
-    _blocks(
-        everything, points, frame, _Plan(WORTH if tolerance else 0, _merged(tolerance, everything.count)), order, out
-    )
+    points, out, plan = points.part(order), np.zeros((2, order.size)), _Plan.of(tolerance, edges.count)
+    blocks = _blocks(edges, points, plan)
+    if tolerance:
+        out[:, order] = _roughly(blocks, points, frame, plan.merged), np.full(order.size, np.inf)
+        return out
+    for near, s in blocks:
+        out[:, order[s]] = _block(near, points.part(s), frame)
     return out
 
 
 def _layers(
-    view: CommonVisibility, frame: LightFrame, x: Floats, n: Floats, outside: NDArray[np.bool_] | None
+    view: CommonVisibility,
+    frames: list[LightFrame],
+    mine: list[Ints],
+    x: Floats,
+    n: Floats,
+    outside: NDArray[np.bool_] | None,
 ) -> tuple[Floats, Ints]:
-    """A point of the light (2, m) above each horizon, and how many layers lie before it, (m,)."""
-    spot, within = np.zeros((2, x.shape[1])), np.zeros(x.shape[1], dtype=np.int64)
-    left = np.arange(x.shape[1])
-    for share in NEARER:
-        at = share * column((*SPOT, 0))[:2]
-        eye = frame.rim[:, :1] + at[0] * column(frame.light.ab) + at[1] * column(frame.light.ac)
-        above = dot(n[:, left], eye - x[:, left]) > 0 if share > 0 else np.ones(left.size, dtype=bool)
-        k, left = left[above], left[~above]
-        if k.size:
-            spot[:, k] = at
-            within[k] = view.layers(x[:, k], eye - x[:, k], eye, None if outside is None else outside[k])
+    """A point of the light (2, m) above each horizon, in the frame that each is ``mine`` of; how many layers lie before
+    it, (m,).
+    """
+    spot, eye = np.zeros((2, x.shape[1])), np.zeros(x.shape[1], dtype=np.int64)
+    eyes: list[Floats] = []
+    for frame, left in zip(frames, mine, strict=True):
+        for share in NEARER:
+            at = share * column((*SPOT, 0))[:2]
+            place = frame.rim[:, :1] + at[0] * column(frame.light.ab) + at[1] * column(frame.light.ac)
+            above = dot(n[:, left], place - x[:, left]) > 0 if share > 0 else np.ones(left.size, dtype=bool)
+            k, left = left[above], left[~above]
+            spot[:, k], eye[k] = at, len(eyes)
+            eyes.append(place)
+    within, k, places = np.zeros(x.shape[1], dtype=np.int64), np.concatenate(mine), np.hstack(eyes)
+    p, around = x[:, k], None if outside is None else outside[k]
+    within[k] = view.layers(p, places[:, eye[k]] - p, places, eye[k], around)
     return spot, within
 
 
@@ -186,38 +221,73 @@ class _Plan:
     merged: int
     sizes: tuple[int, ...] = LEVELS
 
+    @classmethod
+    def of(cls, tolerance: float, edges: int) -> _Plan:
+        """For an image of that tolerance, and so many edges."""
+        merged = next((most for rough, many, most in ROUGH if tolerance >= rough and edges >= many), 0)
+        return cls(WORTH if tolerance else 0, merged)
 
-def _merged(tolerance: float, edges: int) -> int:
-    """How many strips may be taken as one."""
-    return next((most for rough, many, most in ROUGH if tolerance >= rough and edges >= many), 0)
 
-
-def _blocks(edges: Candidates, points: Points, frame: LightFrame, plan: _Plan, names: Ints, out: Floats) -> None:
-    """Blocks within blocks; one that no edge reaches has one number of layers, and no strips."""
+def _blocks(edges: Candidates, points: Points, plan: _Plan, start: int = 0) -> Iterator[tuple[Candidates, slice]]:
+    """Blocks within blocks, and the edges that reach each; ``start`` points lie before these."""
     size, count = plan.sizes[0], points.within.size
     for first in range(0, count, size):
-        s = slice(first, first + size)
-        some = points.part(s)
+        some = points.part(slice(first, first + size))
         near = edges.near(some.x, some.local)
         if len(plan.sizes) > 1 and near.count * some.within.size > plan.worth:
-            _blocks(near, some, frame, replace(plan, sizes=plan.sizes[1:]), names[s], out)
+            yield from _blocks(near, some, replace(plan, sizes=plan.sizes[1:]), start + first)
             continue
         step = max(1, PAIRS // max(near.count, 1))
         for begin in range(first, min(first + size, count), step):
-            t = slice(begin, min(begin + step, first + size))
-            out[:, names[t]] = _block(near, points.part(t), frame, plan.merged)
+            yield near, slice(start + begin, start + min(begin + step, first + size, count))
 
 
-def _block(edges: Candidates, points: Points, frame: LightFrame, merged: int) -> tuple[Floats, Floats]:
-    """Hidden irradiance, and a bound of its error, but for that of strips that are ``merged``."""
+def _block(edges: Candidates, points: Points, frame: LightFrame) -> tuple[Floats, Floats]:
+    """Hidden irradiance, and a bound of its error; where no edge reaches there is one number of layers, no strips."""
     x, n = points.x, points.n
-    size = edges.size + np.abs(x).max(axis=0)
-    height = edges.heights(x)
-    cut = pieces(edges, height, x, n, points.local, frame)
+    size, height = edges.size + np.abs(x).max(axis=0), edges.heights(x)
+    cut = pieces(Silhouettes.of(edges, height, points.local), x, n, points.local, frame)
+    value, doubt, lengths = _kept(cut, points, frame, size)
+    error = rounding(cut, x, n, size, frame, doubt, lengths)
+    return value, np.where(on_folds(edges, height, x, n, size), np.inf, error)
+
+
+def _roughly(blocks: Iterator[tuple[Candidates, slice]], points: Points, frame: LightFrame, merged: int) -> Floats:
+    """Hidden irradiance: of many blocks at once, and without looking at points that nothing hides."""
+    value = np.zeros(points.within.size)
+    held: list[Silhouettes] = []
+    begin = count = 0
+    for near, s in blocks:
+        some = points.part(s)
+        edges = Silhouettes.of(near, near.heights(some.x), some.local)
+        held.append(replace(edges, owner=edges.owner + (s.start - begin)))
+        count += edges.owner.size
+        if count > EDGES or s.stop == value.size:
+            some = points.part(slice(begin, s.stop))
+            cut = pieces(Silhouettes.joined(held), some.x, some.n, some.local, frame)
+            value[begin : s.stop] = _of_busy(cut, some, frame, merged)
+            held, begin, count = [], s.stop, 0
+    return value
+
+
+def _of_busy(cut: Pieces, points: Points, frame: LightFrame, merged: int) -> Floats:
+    busy = points.within > 0
+    busy[cut.owner] = True
+    k, value = np.flatnonzero(busy), np.zeros(busy.size)
+    if k.size:
+        number = np.cumsum(busy) - 1
+        value[k] = _kept(replace(cut, owner=take(number, cut.owner)), points.part(k), frame, None, merged)[0]
+    return value
+
+
+def _kept(
+    cut: Pieces, points: Points, frame: LightFrame, size: Floats | None, merged: int = 0
+) -> tuple[Floats, Floats, Floats]:
+    """Hidden irradiance, and the doubts and lengths that `rounding` asks for; see `extra_layers` for ``merged``."""
+    x, n = points.x, points.n
     rim = Rim.of(x, n, frame, size)
     at, jump = on_left(cut, rim)
     start = before_corner(cut, at, jump, points.spot, points.within)
     value, doubt = layers(cut, rim, n, start, size)
     extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame, merged)
-    error = rounding(cut, x, n, size, frame, doubt + more, lengths)
-    return value - extra, np.where(on_folds(edges, height, x, n, size), np.inf, error)
+    return value - extra, doubt + more, lengths

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -32,21 +33,31 @@ class LightFrame:
     @classmethod
     def of(cls, light: QuadLight) -> LightFrame:
         """The frame of a light."""
-        p, ab, ac = column(light.corner), column(light.ab), column(light.ac)
-        rows = np.linalg.inv(np.hstack((ab, ac, unit(-cross(ab, ac)))))
-        return cls(light, rows, np.hstack((p, p + ac, p + ab + ac, p + ab)))
+        return _frame(light)
 
     @classmethod
     def turned(cls, light: QuadLight, corner: int) -> LightFrame:
         """The frame whose origin is the ``corner`` (0 to 3) of the light's own rim."""
-        rim = cls.of(light).rim
-        at, after, before = (rim[:, (corner + k) % 4] for k in (0, 1, 3))
-        ab, ac = (tuple((v - at).tolist()) for v in (before, after))
-        return cls.of(QuadLight(tuple(at.tolist()), ab, ac, light.radiance))
+        return _turned(light, corner)
 
     def point(self, x: Floats) -> Floats:
         """Coordinates of points (3, n)."""
         return transform(self.rows, x - self.rim[:, :1])
+
+
+@lru_cache(maxsize=64)
+def _frame(light: QuadLight) -> LightFrame:
+    p, ab, ac = column(light.corner), column(light.ab), column(light.ac)
+    rows = np.linalg.inv(np.hstack((ab, ac, unit(-cross(ab, ac)))))
+    return LightFrame(light, rows, np.hstack((p, p + ac, p + ab + ac, p + ab)))
+
+
+@lru_cache(maxsize=64)
+def _turned(light: QuadLight, corner: int) -> LightFrame:
+    rim = _frame(light).rim
+    at, after, before = (rim[:, (corner + k) % 4] for k in (0, 1, 3))
+    ab, ac = (tuple((v - at).tolist()) for v in (before, after))
+    return _frame(QuadLight(tuple(at.tolist()), ab, ac, light.radiance))
 
 
 @dataclass(frozen=True, eq=False)
