@@ -84,7 +84,8 @@ def first_values(
     small = SmallFaces.of(regions, region, pieces, alone, own) if needs.sources else None
     rough = _junction(shown.pieces, mine, small.label if small else pieces.region)
     rough |= np.isin(pieces.cell, shown.sampled.pixel)
-    rough |= regions.seen(pieces.x, pieces.y) != pieces.region
+    bent = np.flatnonzero(shown.bent[mine])
+    rough[bent] |= regions.seen(pieces.x[bent], pieces.y[bent]) != pieces.region[bent]
     if small:  # they are not filled from others
         region.reshape(-1)[small.pixel], alone.reshape(-1)[small.pixel] = EDGE, False
         pieces, own, rough = pieces.take(small.others), own[small.others], rough[small.others]

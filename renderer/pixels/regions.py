@@ -65,7 +65,7 @@ class Regions:
         return self.faces.count + self.geometry.ellipsoids + self.geometry.disks
 
     @cached_property
-    def _creased(self) -> NDArray[np.bool_]:
+    def creased(self) -> NDArray[np.bool_]:
         """Which plane cuts which surface, (planes, surfaces)."""
         g, found = self.geometry, np.zeros((len(self.planes), self.surfaces), dtype=bool)
         for row, (normal, point) in enumerate(self.planes):
@@ -158,7 +158,7 @@ class Regions:
     def _sided(self, surface: Ints, d: Floats, distance: Floats) -> Ints:
         region = surface.copy()
         for row, (normal, point) in enumerate(self.planes):
-            mine = np.flatnonzero((surface >= 0) & self._creased[row, surface])
+            mine = np.flatnonzero((surface >= 0) & self.creased[row, surface])
             height = dot(normal, self.lens.origin - point) + dot(normal, d[:, mine]) * distance[mine]
             region[mine] += self.surfaces * ((height > 0).astype(np.int64) << row)
         return region
