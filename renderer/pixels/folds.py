@@ -42,14 +42,17 @@ class Folds:
     edge : (k,) int64
     face : (2, k) int64
         Faces on the left and on the right in the image, looking from start to end, where y grows downwards.
+    hidden : (k,) bool
+        Whether neither can be seen there.
     """
 
     edge: Ints
     face: Ints
+    hidden: Bools
 
     def take(self, index: Ints) -> Folds:
         """The folds ``index`` (m,)."""
-        return Folds(self.edge[index], self.face[:, index])
+        return Folds(self.edge[index], self.face[:, index], self.hidden[index])
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,11 +66,14 @@ class Contacts:
     crossed: bool
 
 
-def folds_of(geometry: Geometry, faces: Faces, lens: Lens, creased: Bools) -> Folds:
-    """The folds among the edges of a scene's faces, without those of faces ``creased`` by some plane (p, f)."""
+def folds_of(geometry: Geometry, faces: Faces, lens: Lens, creased: Bools, far: Bools) -> Folds:
+    """The folds among the edges of a scene's faces, without those of faces ``creased`` by some plane (p, f).
+
+    ``far`` (t,) are triangles that cannot be seen.
+    """
     edge = np.flatnonzero(faces.beside[0] >= 0)
     if edge.size < FEW:
-        return Folds(edge[:0], np.zeros((2, 0), dtype=np.int64))
+        return Folds(edge[:0], np.zeros((2, 0), dtype=np.int64), np.zeros(0, dtype=bool))
     start, end = faces.start[:, edge] - lens.origin, faces.end[:, edge] - lens.origin
     normal = unit(cross(start, end))
     side = []
@@ -82,7 +88,8 @@ def folds_of(geometry: Geometry, faces: Faces, lens: Lens, creased: Bools) -> Fo
         folded[:] = False
     turn = np.sign(dot(cross(lens.right, lens.up), lens.look))
     swapped = side[0] * turn > 0
-    return Folds(edge[folded], np.where(swapped, face[::-1], face)[:, folded])
+    hidden: Bools = np.asarray(far[faces.beside[:, edge]].all(axis=0))
+    return Folds(edge, np.where(swapped, face[::-1], face), hidden).take(np.flatnonzero(folded))
 
 
 def _apex(g: Geometry, triangle: Ints, start: Floats, end: Floats) -> Floats:

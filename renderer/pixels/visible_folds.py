@@ -30,6 +30,7 @@ def visible_folds(folds: Folds, breaks: Bits, crowded: Ints, regions: Regions) -
         Cells some of whose lines are not among those.
     """
     width, height = regions.lens.width, regions.lens.height
+    folds = folds.take(np.flatnonzero(~folds.hidden))
     lines, which = _in_image(folds, regions)
     face = folds.face[:, which]
     meet = _may_meet(lines, np.append(breaks.cell, crowded), width, height)

@@ -56,7 +56,7 @@ def shown_by(regions: Regions, tolerance: float) -> Shown:
     Where a pixel's books do not balance, folds (see `folds`) are asked again as all other lines are.
     """
     geometry, faces, width, height = regions.geometry, regions.faces, regions.lens.width, regions.lens.height
-    folds = folds_of(geometry, faces, regions.lens, regions.creased[:, : faces.count])
+    folds = folds_of(geometry, faces, regions.lens, regions.creased[:, : faces.count], regions.far)
     edges, broken, crowded = _edges(regions, folds)
     borders = Borders.of(edges, width, 1, regions)
     pieces, bad = pieces_between(borders, edges, width, 1)

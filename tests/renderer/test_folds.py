@@ -75,7 +75,7 @@ def regions_in(name):
 
 def folds_in(regions):
     creased = regions.creased[:, : regions.faces.count]
-    return folds_of(regions.geometry, regions.faces, regions.lens, creased)
+    return folds_of(regions.geometry, regions.faces, regions.lens, creased, regions.far)
 
 
 def lengths(edges):
