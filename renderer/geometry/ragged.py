@@ -88,16 +88,11 @@ class Cells:
         while begin < box.size:
             end = int(np.searchsorted(total, (total[begin - 1] if begin else 0) + BLOCK, side="right"))
             part = slice(begin, max(end, begin + 1))
-            run, number = expand((wide * high)[part])
-            row = number // wide[part][run]
-            cell = (bottom[part][run] + row) * self.shape[0] + left[part][run] + number - row * wide[part][run]
+            run, row = expand(high[part])  # cells of a row stand together, and so do their points
+            cell = (bottom[part][run] + row) * self.shape[0] + left[part][run]
             first = self.start[cell]
-            count = self.start[cell + 1] - first
-            owner = box[part][run]
-            if count.size and (count.min() != 1 or count.max() != 1):
-                again, offset = expand(count)
-                owner, first = owner[again], first[again] + offset
-            yield owner, self.order[first]
+            again, offset = expand(self.start[cell + wide[part][run]] - first)
+            yield box[part][run][again], self.order[first[again] + offset]
             begin = part.stop
 
     def _touched(self, low: Floats, high: Floats, axis: int) -> tuple[Ints, Ints]:

@@ -19,9 +19,10 @@ from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.flat_disks import disk_rim
 from nusselt.renderer.lights import Light
 from nusselt.renderer.lights.body import Plane
-from nusselt.renderer.vectors import Floats, cross, dot, frame, transform, unit
+from nusselt.renderer.vectors import Floats, Ints, cross, dot, frame, transform, unit
 
 from .faces import Faces
+from .folds import contacts
 from .projection import Lens
 
 CHORD = 2e-4
@@ -51,15 +52,18 @@ SIDE = 1e-8
 """The same for straight edges: well above rounding, well below what counts."""
 
 
-def find_lines(geometry: Geometry, faces: Faces, planes: list[tuple[Floats, Floats]], lens: Lens) -> Lines:
+def find_lines(geometry: Geometry, faces: Faces, planes: list[tuple[Floats, Floats]], lens: Lens, folds: Ints) -> Lines:
     """All candidate edges of an image.
 
     Parameters
     ----------
     planes : list of (normal (3, 1), point (3, 1))
         The lights' planes, at which surfaces are creased.
+    folds : (k,) int64
+        Edges of faces that are known otherwise.
     """
-    straight = [(faces.start, faces.end), crossings(geometry)]
+    outline = [np.delete(ends, folds, axis=1) for ends in (faces.start, faces.end)]
+    straight = [(outline[0], outline[1]), crossings(geometry)]
     straight += [_cuts(geometry, normal, point) for normal, point in planes]
     for index in range(geometry.disks):
         own = geometry.disk_normal[:, [index]], geometry.disk_center[:, [index]]
@@ -81,7 +85,7 @@ def find_lines(geometry: Geometry, faces: Faces, planes: list[tuple[Floats, Floa
     return Lines(np.hstack(starts), np.hstack(ends), np.concatenate(reach))
 
 
-def searched(g: Geometry) -> bool:
+def searched(g: Geometry, faces: Faces) -> bool:
     """Whether every line in which surfaces meet is among those of `find_lines`.
 
     Not those of two ellipsoids, of two disks, or of one of each.
@@ -89,7 +93,8 @@ def searched(g: Geometry) -> bool:
     half = np.sqrt((g.axes**2).sum(axis=2)).T
     near = (np.abs(g.center[:, :, None] - g.center[:, None]) <= half[:, :, None] + half[:, None]).all(axis=0)
     round_ = g.disks == 0 or g.disks + g.ellipsoids == 1
-    return round_ and g.triangles**2 <= PAIRS and int(near.sum()) <= g.ellipsoids
+    flat = g.triangles**2 <= PAIRS or not contacts(g, faces).crossed
+    return round_ and flat and int(near.sum()) <= g.ellipsoids
 
 
 def _corners(g: Geometry) -> Floats:

@@ -32,6 +32,8 @@ class Faces:
         Edges that bound faces, each once.
     beside : (2, s) int64
         Triangles of the two faces that meet there; -1 where another number of faces does.
+    vertex : (3, t) int64
+        Numbers of the triangles' corners: one for those in one place.
     """
 
     of_triangle: Ints
@@ -39,6 +41,7 @@ class Faces:
     start: Floats
     end: Floats
     beside: Ints
+    vertex: Ints
 
     @property
     def count(self) -> int:
@@ -50,29 +53,51 @@ def find_faces(geometry: Geometry) -> Faces:
     g = geometry
     if g.triangles == 0:
         nothing = np.zeros(0, dtype=np.int64)
-        return Faces(nothing, nothing, np.zeros((3, 0)), np.zeros((3, 0)), np.zeros((2, 0), dtype=np.int64))
+        return Faces(
+            nothing,
+            nothing,
+            np.zeros((3, 0)),
+            np.zeros((3, 0)),
+            np.zeros((2, 0), dtype=np.int64),
+            np.zeros((3, 0), dtype=np.int64),
+        )
     normal = unit(g.normal)
     middle = g.a.mean(axis=1, keepdims=True)
     size = max(float(np.abs(g.a - middle).max()), np.finfo(float).tiny)
     plane = np.vstack((normal, dot(normal, g.a - middle) / size)) / PLANE
     keys = np.vstack((np.rint(plane + 0.1234), g.triangle_surface))
-    _, first, face = np.unique(keys, axis=1, return_index=True, return_inverse=True)
-    face = face.reshape(-1)
+    first, face, _ = alike(keys)
     return Faces(face, first, *_outline(g, face))
 
 
-def _outline(g: Geometry, face: Ints) -> tuple[Floats, Floats, Ints]:
-    """Triangle edges without those inside a face, and without repeats; and the triangles beside each."""
+def alike(rows: Floats | Ints) -> tuple[Ints, Ints, Ints]:
+    """Of the columns of rows (k, n): the first of each kind, in order, each column's kind, and how many are of each.
+
+    What `numpy.unique` says of an axis, by sorting one row after the other.
+    """
+    order = np.lexsort(rows[::-1])
+    inorder = rows[:, order]
+    new = np.ones(order.size, dtype=bool)
+    new[1:] = (inorder[:, 1:] != inorder[:, :-1]).any(axis=0)
+    kind = np.empty(order.size, dtype=np.int64)
+    kind[order] = np.cumsum(new) - 1
+    at = np.flatnonzero(new)
+    return order[at], kind, np.diff(np.append(at, order.size))
+
+
+def _outline(g: Geometry, face: Ints) -> tuple[Floats, Floats, Ints, Ints]:
+    """Triangle edges without those inside a face, and without repeats; the triangles beside each; all corners."""
     corners = np.hstack((g.a, g.b, g.c))
-    _, vertex = np.unique(corners, axis=1, return_inverse=True)
-    a, b, c = vertex.reshape(3, -1)
+    _, vertex, _ = alike(corners)
+    vertex = vertex.reshape(3, -1)
+    a, b, c = vertex
     ends = np.sort(np.stack((np.hstack((a, b, c)), np.hstack((b, c, a)))), axis=0)
     owner = np.tile(face, 3)
     position = np.empty((3, int(vertex.max()) + 1))
     position[:, vertex.reshape(-1)] = corners
-    sides, at, count = np.unique(np.vstack((ends, owner)), axis=1, return_index=True, return_counts=True)
-    outer = np.flatnonzero(count == 1)  # twice in one face: inside it
-    bounds, first, count = np.unique(sides[:2, outer], axis=1, return_index=True, return_counts=True)
-    triangle = at[outer] % face.size
+    at, _, count = alike(np.vstack((ends, owner)))
+    outer = at[count == 1]  # twice in one face: inside it
+    first, _, count = alike(ends[:, outer])
+    bounds, triangle = ends[:, outer[first]], outer % face.size
     beside = np.stack((triangle[first], triangle[np.minimum(first + 1, triangle.size - 1)]))
-    return position[:, bounds[0]], position[:, bounds[1]], np.where(count == 2, beside, -1)
+    return position[:, bounds[0]], position[:, bounds[1]], np.where(count == 2, beside, -1), vertex

@@ -81,11 +81,14 @@ def first_values(
     alone, own = _doubtful(regions, needs, region, pieces)
     small = SmallFaces.of(regions, region, pieces, alone, own) if needs.sources else None
     rough = _junction(shown.pieces, mine, small.label if small else pieces.region)
+    bent = shown.bent[mine]
     if small:  # they are not filled from others
         region.reshape(-1)[small.pixel], alone.reshape(-1)[small.pixel] = EDGE, False
-        pieces, own, rough = pieces.take(small.others), own[small.others], rough[small.others]
+        pieces = pieces.take(small.others)
+        own, rough, bent = (part[small.others] for part in (own, rough, bent))
     rough |= np.isin(pieces.cell, shown.sampled.pixel)
-    rough |= regions.seen(pieces.x, pieces.y) != pieces.region
+    some = np.flatnonzero(bent)
+    rough[some] |= regions.seen(pieces.x[some], pieces.y[some]) != pieces.region[some]
     price = _price(regions, needs)
 
     def evaluate(pixel: Ints, piece: Ints) -> Floats:

@@ -18,7 +18,7 @@ import numpy as np
 
 from nusselt.renderer.vectors import Floats, Ints, distinct
 
-from .edge_fragments import Bits
+from .edge_fragments import Bits, expand
 from .regions import Regions
 
 LEAST = 2e-6
@@ -34,6 +34,16 @@ class Edges:
     bits: Bits
     left: Ints
     right: Ints
+
+    @classmethod
+    def joined(cls, *parts: Edges) -> Edges:
+        """One after the other."""
+        left, right = (np.concatenate([getattr(part, name) for part in parts]) for name in ("left", "right"))
+        return cls(Bits.joined(*(part.bits for part in parts)), left, right)
+
+    def take(self, index: Ints) -> Edges:
+        """The edges ``index`` (k,)."""
+        return Edges(self.bits.take(index), self.left[index], self.right[index])
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +76,14 @@ class Pieces:
         return Pieces(*(getattr(self, part.name)[..., index] for part in fields(self)))
 
 
+def upwards(bits: Bits, left: Ints, right: Ints) -> Edges:
+    """Visible bits with the regions on their two sides, looking along each; turned to run upwards in y."""
+    turned = bits.start[1] > bits.end[1]
+    start, end = np.where(turned, bits.end, bits.start), np.where(turned, bits.start, bits.end)
+    turned_bits = Bits(start, end, bits.cell, bits.reach)
+    return Edges(turned_bits, np.where(turned, right, left), np.where(turned, left, right))
+
+
 def visible_edges(bits: Bits, regions: Regions) -> Edges:
     """The bits whose two sides show different regions; each upwards in y."""
     turned = bits.start[1] > bits.end[1]
@@ -79,21 +97,62 @@ def visible_edges(bits: Bits, regions: Regions) -> Edges:
     return Edges(Bits(start, end, bits.cell, bits.reach).take(seen), left[seen], right[seen])
 
 
-def _border(edges: Edges, cells: Ints, width: int, side: int) -> tuple[Ints, Floats, Floats]:
-    """Parts of the left (0) or right (1) border of cells between edges: owner, and from where to where."""
-    bits = edges.bits
-    row, column = np.divmod(bits.cell, width)
-    owner = np.searchsorted(cells, bits.cell)
-    owners, ys = [np.arange(cells.size)] * 2, [np.zeros(cells.size), np.ones(cells.size)]
-    for end in (bits.start, bits.end):
-        on = np.abs(end[0] - column - side) < 1e-7
-        owners.append(owner[on])
-        ys.append(np.clip(end[1][on] - row[on], 0, 1))
-    who, y = np.concatenate(owners), np.concatenate(ys)
-    order = np.lexsort((y, who))
-    who, y = who[order], y[order]
-    kept = np.flatnonzero((who[1:] == who[:-1]) & (y[1:] - y[:-1] > 1e-9))
-    return who[kept], y[kept], y[kept + 1]
+@dataclass(frozen=True, eq=False)
+class Borders:
+    """Left and right borders of the cells that edges cross, each once, cut where edges meet them.
+
+    Parameters
+    ----------
+    cells : (k,) int64
+        In order.
+    first, count : (2, k) int64
+        The parts of the left and of the right border of each cell.
+    low, high : (p,) float64
+        From where to where a part reaches, from the cell's upper end.
+    seen : (p,) int64
+        Region in its middle.
+    """
+
+    cells: Ints
+    first: Ints
+    count: Ints
+    low: Floats
+    high: Floats
+    seen: Ints
+
+    @classmethod
+    def of(cls, edges: Edges, width: int, scale: int, regions: Regions) -> Borders:
+        """See `pieces_of`."""
+        bits, cells = edges.bits, distinct(edges.bits.cell)
+        names = _beside(cells, width)
+        borders = distinct(names)
+        owners, ys = [np.arange(borders.size)] * 2, [np.zeros(borders.size), np.ones(borders.size)]
+        row, column = np.divmod(bits.cell, width)
+        for name, at in zip(_beside(bits.cell, width), (column, column + 1), strict=True):
+            for end in (bits.start, bits.end):
+                on = np.flatnonzero(np.abs(end[0] - at) < 1e-7)
+                owners.append(np.searchsorted(borders, name[on]))
+                ys.append(np.clip(end[1][on] - row[on], 0, 1))
+        who, y = np.concatenate(owners), np.concatenate(ys)
+        order = np.lexsort((y, who))
+        who, y = who[order], y[order]
+        kept = np.flatnonzero((who[1:] == who[:-1]) & (y[1:] - y[:-1] > 1e-9))
+        who, low, high = who[kept], y[kept], y[kept + 1]
+        row, column = np.divmod(borders[who], width + 1)
+        seen = regions.seen(column / scale, (row + (low + high) / 2) / scale)
+        which = np.searchsorted(borders, names)
+        count = np.bincount(who, minlength=borders.size)
+        return cls(cells, (np.cumsum(count) - count)[which], count[which], low, high, seen)
+
+    def parts(self, side: int) -> tuple[Ints, Ints]:
+        """Cells and parts of their left (0) or right (1) borders, as pairs (n,)."""
+        owner, rank = expand(self.count[side])
+        return owner, self.first[side][owner] + rank
+
+
+def _beside(cells: Ints, width: int) -> Ints:
+    """Names (2, k) of the left and of the right border of cells."""
+    return np.asarray(cells + cells // width + np.array([[0], [1]]))
 
 
 def pieces_of(edges: Edges, width: int, scale: int, regions: Regions) -> tuple[Pieces, Ints]:
@@ -106,8 +165,12 @@ def pieces_of(edges: Edges, width: int, scale: int, regions: Regions) -> tuple[P
     scale : int
         Cells in a pixel's side.
     """
-    bits = edges.bits
-    cells = distinct(bits.cell)
+    return pieces_between(Borders.of(edges, width, scale, regions), edges, width, scale)
+
+
+def pieces_between(borders: Borders, edges: Edges, width: int, scale: int) -> tuple[Pieces, Ints]:
+    """The same, with the cells' borders known."""
+    bits, cells = edges.bits, borders.cells
     row, column = np.divmod(bits.cell, width)
     owner = np.searchsorted(cells, bits.cell)
     dy = bits.end[1] - bits.start[1]
@@ -117,16 +180,14 @@ def pieces_of(edges: Edges, width: int, scale: int, regions: Regions) -> tuple[P
         y = bits.start[1] + node * dy - row
         rest, one, two = 1 - x, (1 - x * x) / 2, (1 - x * x * x) / 3
         sums += np.stack((rest, one, y * rest, two, y * one, y * y * rest, np.ones_like(x))) * (dy / 2)
-    (who, low, high), (far, first, last) = (_border(edges, cells, width, side) for side in (0, 1))
+    (who, enters), (far, leaves) = (borders.parts(side) for side in (0, 1))
+    low, high = borders.low[enters], borders.high[enters]
     length, middle, square = high - low, (high**2 - low**2) / 2, (high**3 - low**3) / 3
     entering = np.stack((length, length / 2, middle, length / 3, middle / 2, square, length))
     leaving = np.zeros((7, far.size))
-    leaving[6] = first - last
-    row, column = np.divmod(cells[np.append(who, far)], width)
-    column[who.size :] += 1
-    seen = regions.seen(column / scale, (row + np.append(low + high, first + last) / 2) / scale)
+    leaving[6] = borders.low[leaves] - borders.high[leaves]
     key = np.concatenate((owner, owner, who, far))
-    region = np.concatenate((edges.right, edges.left, seen))
+    region = np.concatenate((edges.right, edges.left, borders.seen[enters], borders.seen[leaves]))
     values = np.hstack((sums, -sums, entering, leaving))
     base = int(region.max(initial=0)) + 2
     pair, inverse = np.unique(key * base + region + 1, return_inverse=True)

@@ -269,13 +269,9 @@ def _subdivided(items: Items, chosen: Ints, grid: int, edges: Edges, regions: Re
 
 def _finer(edges: Edges, mine: Ints, grid: int, regions: Regions) -> Edges:
     bits = edges.bits.take(mine)
-    number = np.arange(mine.size)
-    scaled = Bits(bits.start * grid, bits.end * grid, bits.cell, number.astype(np.float64))
-    cut = cut_at_grid(scaled, regions.lens.width * grid, regions.lens.height * grid)
-    parent = cut.reach.astype(np.int64)
-    return Edges(
-        Bits(cut.start, cut.end, cut.cell, bits.reach[parent]), edges.left[mine][parent], edges.right[mine][parent]
-    )
+    scaled = Bits(bits.start * grid, bits.end * grid, bits.cell, bits.reach)
+    cut, parent = cut_at_grid(scaled, regions.lens.width * grid, regions.lens.height * grid)
+    return Edges(cut, edges.left[mine][parent], edges.right[mine][parent])
 
 
 def _owned(

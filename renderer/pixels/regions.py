@@ -6,7 +6,7 @@ own plane. Rays through one block of the image look only at the triangles of tha
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -25,6 +25,7 @@ from nusselt.renderer.vectors import Floats, Ints, dot, unit
 
 from .candidate_edges import light_planes
 from .faces import Faces, find_faces
+from .far_sides import far_sides
 from .projection import Lens
 
 BLOCKS = (128, 64, 32, 16)
@@ -65,7 +66,7 @@ class Regions:
         return self.faces.count + self.geometry.ellipsoids + self.geometry.disks
 
     @cached_property
-    def _creased(self) -> NDArray[np.bool_]:
+    def creased(self) -> NDArray[np.bool_]:
         """Which plane cuts which surface, (planes, surfaces)."""
         g, found = self.geometry, np.zeros((len(self.planes), self.surfaces), dtype=bool)
         for row, (normal, point) in enumerate(self.planes):
@@ -87,7 +88,7 @@ class Regions:
         if key not in self._blocks:
             x, y, size = np.array([0, 1, 0, 1]), np.array([0, 0, 1, 1]), BLOCKS[level]
             corners = self.lens.directions((column + x) * size + 0.02 * (x - 0.5), (row + y) * size + 0.02 * (y - 0.5))
-            among = self._candidates(level - 1, row // 2, column // 2) if level else None
+            among = self._candidates(level - 1, row // 2, column // 2) if level else self._live
             self._blocks[key] = self.pencil.in_tile(corners, among)
         return self._blocks[key]
 
@@ -125,13 +126,21 @@ class Regions:
         return np.concatenate((flat, round_, g.disk_radius))
 
     @cached_property
+    def far(self) -> NDArray[np.bool_]:
+        """Triangles (t,) that closed bodies hide by themselves; looked for where there are many."""
+        if self.geometry.triangles < MANY:
+            return np.zeros(self.geometry.triangles, dtype=bool)
+        return far_sides(self.geometry, self.faces, self.lens.origin, self.pencil.planes.back)
+
+    @cached_property
     def _live(self) -> Ints:
-        return np.flatnonzero(self.pencil.live)
+        return np.flatnonzero(self.pencil.live & ~self.far)
 
     @cached_property
     def _boxes(self) -> ImageBoxes:
         corners = self.lens.directions(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
-        return ImageBoxes.about(self.geometry, self.lens.origin, corners)
+        boxes = ImageBoxes.about(self.geometry, self.lens.origin, corners)
+        return replace(boxes, live=boxes.live & ~self.far)
 
     def _nearest_triangles(self, x: Floats, y: Floats, d: Floats) -> tuple[Floats, Ints]:
         if self.geometry.triangles > BIG:
@@ -158,7 +167,7 @@ class Regions:
     def _sided(self, surface: Ints, d: Floats, distance: Floats) -> Ints:
         region = surface.copy()
         for row, (normal, point) in enumerate(self.planes):
-            mine = np.flatnonzero((surface >= 0) & self._creased[row, surface])
+            mine = np.flatnonzero((surface >= 0) & self.creased[row, surface])
             height = dot(normal, self.lens.origin - point) + dot(normal, d[:, mine]) * distance[mine]
             region[mine] += self.surfaces * ((height > 0).astype(np.int64) << row)
         return region
