@@ -41,12 +41,28 @@ def planes(view: View) -> Ints:
     points, k = view.points, view.lit
     if k.size == 0:
         return found
+    one, of = _standing_for(view.hits.triangle[k])
+    position, normal, surface = points.position[:, one], points.normal[:, one], view.hits.surface[k[one]]
     size = max(float(np.abs(points.position).max()), np.finfo(float).tiny)
-    offset = dot(points.normal, points.position) / size
-    keys = np.rint(np.vstack((points.normal, offset)) / PLANE + 0.1234)
-    _, number = np.unique(np.vstack((keys, view.hits.surface[k])), axis=1, return_inverse=True)
-    found[k] = number.reshape(-1)
+    keys = np.rint(np.vstack((normal, dot(normal, position) / size)) / PLANE + 0.1234)
+    order = np.lexsort((surface, *keys))
+    apart = (np.diff(keys[:, order]) != 0).any(axis=0) | (np.diff(surface[order]) != 0)
+    number = np.empty(one.size, dtype=np.int64)
+    number[order] = np.append(0, np.cumsum(apart))
+    found[k] = number[of]
     return found
+
+
+def _standing_for(triangle: Ints) -> tuple[Ints, Ints]:
+    """One hit (m,) of each of the triangles (n,), and every one of none (-1); and which of those stands for each."""
+    most = int(triangle.max()) + 1
+    group = np.where(triangle >= 0, triangle, np.arange(most, most + triangle.size))
+    stands = np.full(most + triangle.size, -1)
+    stands[group] = np.arange(triangle.size)
+    some = np.flatnonzero(stands >= 0)
+    one = stands[some]
+    stands[some] = np.arange(some.size)
+    return one, stands[group]
 
 
 @dataclass

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders import floor, lamp, scene
+from builders import box, floor, lamp, scene
 from click.testing import CliRunner
 from test_many_triangles import made
 
 from nusselt.experiments.cli.main import main
 from nusselt.experiments.scenes.catalogue import load
 from nusselt.experiments.scenes.meshes import displaced_sphere
+from nusselt.experiments.scenes.shapes import plate
+from nusselt.renderer.camera.rays import pixel_centres
+from nusselt.renderer.camera.view import look
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Analytic, Area, Exact
 from nusselt.renderer.geometry.arrays import build_geometry
 from nusselt.renderer.image import render
 from nusselt.renderer.pixels import regions, render_centre
+from nusselt.renderer.pixels.centres import planes
 from nusselt.renderer.prepared import prepare
+from nusselt.renderer.surfaces import Ellipsoid, Material
 
 
 def over_floor(side: int):
@@ -41,6 +46,27 @@ def test_a_scene_of_small_faces_is_evaluated_throughout():
     some = render_centre(s, Exact(), tolerance=0.1)
     assert some.evaluations == every.shaded.sum()
     np.testing.assert_allclose(some.image.mean, every.mean, rtol=1e-12, atol=1e-14)
+
+
+def test_planes_are_those_of_triangles_that_lie_in_one_and_every_pixel_of_a_ball_is_alone():
+    """A floor of two triangles, one of another colour in its plane, a box on it: two sides are seen, and a ball."""
+    beside = plate((2.0, 3.0), (-2.0, 2.0), 0.0, Material((0.2, 0.3, 0.4)))
+    ball = Ellipsoid((-1.2, 0.5, 0.5), ((0.3, 0, 0), (0, 0.3, 0), (0, 0, 0.3)), Material((0.5, 0.5, 0.5)))
+    s = scene(
+        floor(), beside, box((-0.5, 0, -0.5), (0.4, 0.8, 0.4)), ellipsoids=(ball,), lights=(lamp(3.0),), size=(96, 72)
+    )
+    near, geometry, _ = prepare(s)
+    view = look(near, geometry, *pixel_centres(range(s.width), range(s.height)))
+    plane, triangle = planes(view), view.hits.triangle
+    lit = np.zeros(plane.size, dtype=bool)
+    lit[view.lit] = True
+    assert np.array_equal(plane >= 0, lit)
+    shown = [np.unique(plane[lit & (triangle // 2 == pair)]) for pair in range(8)]
+    assert [len(numbers) for numbers in shown[:2]] == [1, 1]
+    assert sorted(len(numbers) for numbers in shown[2:]) == [0, 0, 0, 0, 1, 1]
+    on_ball = plane[view.hits.ellipsoid >= 0]
+    assert np.unique(on_ball).size == on_ball.size > 20
+    assert np.unique(plane[lit]).size == on_ball.size + 4
 
 
 def test_every_pixel_of_a_classic_scene_agrees():
