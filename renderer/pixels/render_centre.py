@@ -85,7 +85,7 @@ def render_centre(
     refuse_noise(scene, estimator, needs, tolerance, "an image with interpolation")
     height, width = scene.height, scene.width
     view = look(near, geometry, *pixel_centres(range(width), range(height)))
-    shade = CentreShader(scene, estimator, executor, tolerance)
+    shade = CentreShader(scene, estimator, executor, tolerance, view)
     region, rough = planes(view).reshape(height, width), crowded_centres(view, geometry, estimator, needs, tolerance)
     if rough.size:
         centre, left = sampled_centres(region, rough, shade)

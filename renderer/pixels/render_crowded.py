@@ -49,7 +49,7 @@ def render_crowded(
     label = np.where(plane >= 0, plane, -1 - view.hits.surface.astype(np.int64) - 1).reshape(height, width)
     plain = around_agrees(label) & ~touched(near, geometry)
     region = np.where(plain, plane.reshape(height, width), -1)
-    shade = CentreShader(scene, estimator, executor, tolerance)
+    shade = CentreShader(scene, estimator, executor, tolerance, view)
     busy = np.flatnonzero(~plain)
     crowd = Crowd.begun(Frames(scene, tolerance), busy, executor)
     centre, settled, budget = fill_beside(crowd, region, shade, tolerance)

@@ -12,6 +12,7 @@ from nusselt.experiments.cli.main import main
 from nusselt.experiments.scenes.catalogue import load
 from nusselt.experiments.scenes.meshes import displaced_sphere
 from nusselt.experiments.scenes.shapes import plate
+from nusselt.renderer.camera import view as camera_view
 from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.errors import InputError
@@ -73,6 +74,14 @@ def test_every_pixel_of_a_classic_scene_agrees():
     s = load("quad").with_(width=64, height=48)
     every, some = render(s, Analytic()), render_centre(s, Analytic(), tolerance=1e-4)
     assert np.sqrt(((some.image.mean - every.mean) ** 2).sum() / (every.mean**2).sum()) <= 1e-4
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_every_ray_is_traced_once(tolerance, monkeypatch):
+    traced, hits = [], camera_view.first_hits
+    monkeypatch.setattr(camera_view, "first_hits", lambda *a: traced.append(a[2].shape[1]) or hits(*a))
+    render_centre(over_floor(48), Exact(), tolerance=tolerance)
+    assert traced == [48 * 48]
 
 
 def test_noise_and_absurd_tolerances_are_refused():
