@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -20,6 +21,9 @@ from .faces import PLANE
 
 SMALLEST = 2048
 """Pixels in a piece of work, at least: half the time of a piece of five hundred goes by whatever their number."""
+
+SPAN = 7 * 7
+"""Pixels of the least square between whose 4 x 4 nodes something is interpolated."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,25 @@ def _standing_for(triangle: Ints) -> tuple[Ints, Ints]:
     one = stands[some]
     stands[some] = np.arange(some.size)
     return one, stands[group]
+
+
+def on_small_planes(plane: Ints) -> Ints:
+    """Pixels (k,) of planes (n,) that are seen in so few that nothing can be interpolated; see `planes`."""
+    count = np.bincount(plane[plane >= 0], minlength=1)
+    return np.flatnonzero((plane >= 0) & (count[plane] < SPAN))
+
+
+def allowed(share: float, known: float, count: int, first: Floats) -> float:
+    """RMS error that ``count`` values may have for a share of all values' RMS.
+
+    Parameters
+    ----------
+    known : float
+        Sum of squares of others.
+    first : (3, n) float64
+        Some of them.
+    """
+    return share * math.sqrt(known / count + float((first**2).sum()) / max(first.shape[1], 1))
 
 
 @dataclass

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import Executor
+from functools import partial
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats, Ints
 from nusselt.renderer.visibility.segments import small_triangles
 
-from .centres import CentreShader, planes
+from .centres import CentreShader, allowed, planes
 from .fill import fill_centres
 from .first_estimates import means
 from .supersampling import CentreFrames, Crowd, Frames, around_agrees, is_crowded, touched
@@ -75,12 +76,7 @@ def fill_beside(
 ) -> tuple[Floats, float, float]:
     """Centres (3, h, w) of regions beside a crowd, the sum of their squared errors, and what the crowd's may be."""
     known, count = crowd.square, max(int(np.count_nonzero(region >= 0)), 1)
-
-    def allowed(first: Floats) -> float:
-        square = known + count * float((first**2).sum()) / max(first.shape[1], 1)
-        return SHARE * tolerance * math.sqrt(square / count)
-
-    centre, bound, _ = fill_centres(region, shade, allowed)
+    centre, bound, _ = fill_centres(region, shade, partial(allowed, SHARE * tolerance, known, count))
     settled = float((bound**2).sum())
     square = known + float(np.nansum(centre**2))
     return centre, settled, (ROOM * tolerance) ** 2 * square - settled

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from builders import box, floor, lamp, scene
@@ -20,7 +22,7 @@ from nusselt.renderer.estimators import Analytic, Area, Exact
 from nusselt.renderer.geometry.arrays import build_geometry
 from nusselt.renderer.image import render
 from nusselt.renderer.pixels import regions, render_centre
-from nusselt.renderer.pixels.centres import planes
+from nusselt.renderer.pixels.centres import CentreShader, planes
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.surfaces import Ellipsoid, Material
 
@@ -74,6 +76,26 @@ def test_every_pixel_of_a_classic_scene_agrees():
     s = load("quad").with_(width=64, height=48)
     every, some = render(s, Analytic()), render_centre(s, Analytic(), tolerance=1e-4)
     assert np.sqrt(((some.image.mean - every.mean) ** 2).sum() / (every.mean**2).sum()) <= 1e-4
+
+
+def test_what_small_faces_reflect_is_evaluated_in_one_call_and_allows_errors_elsewhere(monkeypatch):
+    """A white ball over a dark floor: most of the light is where nothing is interpolated."""
+    ball = made(displaced_sphere, 900, 0.8, (0, 1.2, 0))
+    ball, ground = (
+        replace(mesh, material=Material(colour)) for mesh, colour in ((ball, (1, 1, 1)), (floor(4), (0.005,) * 3))
+    )
+    dim = scene(ball, ground, lights=(lamp(2.5),), size=(96, 96))
+    asked, shade = [], CentreShader.__call__
+    monkeypatch.setattr(CentreShader, "__call__", lambda self, index: asked.append(index) or shade(self, index))
+    near, geometry, _ = prepare(dim)
+    triangle = look(near, geometry, *pixel_centres(range(96), range(96))).hits.triangle
+    shown = (triangle >= 0) & (triangle < geometry.triangles - 4)  # not the floor, nor the lamp
+    every, some = render(dim, Exact()), render_centre(dim, Exact(), tolerance=1e-2)
+    error = np.sqrt(((some.image.mean - every.mean) ** 2).sum() / (every.mean**2).sum())
+    assert 0 < error <= 1e-2
+    on_ball = [shown[index].sum() for index in asked]
+    assert max(on_ball) > 0.95 * sum(on_ball) > 0
+    assert some.evaluations - sum(on_ball) < 0.3 * (every.shaded.sum() - sum(on_ball))
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
