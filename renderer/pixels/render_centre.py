@@ -14,8 +14,6 @@ from functools import partial
 
 import numpy as np
 
-from nusselt.renderer.camera.rays import pixel_centres
-from nusselt.renderer.camera.view import look
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators.protocol import Estimator
 from nusselt.renderer.image import Image
@@ -24,7 +22,8 @@ from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats, Ints
 
-from .centres import CentreShader, allowed, on_small_planes, planes
+from .centre_view import CentreView, on_small_planes
+from .centres import CentreShader, allowed
 from .fill import fill_centres
 from .render_crowded import crowded_centres, sampled_centres
 
@@ -84,9 +83,9 @@ def render_centre(
     near, geometry, needs = prepare(scene)
     refuse_noise(scene, estimator, needs, tolerance, "an image with interpolation")
     height, width = scene.height, scene.width
-    view = look(near, geometry, *pixel_centres(range(width), range(height)))
+    view = CentreView.of(near, geometry)
     shade = CentreShader(scene, estimator, executor, tolerance, view)
-    region, rough = planes(view).reshape(height, width), crowded_centres(view, geometry, estimator, needs, tolerance)
+    region, rough = view.planes().reshape(height, width), crowded_centres(view, geometry, estimator, needs, tolerance)
     if rough.size:
         centre, left = sampled_centres(region, rough, shade)
     else:

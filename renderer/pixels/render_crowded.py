@@ -9,8 +9,6 @@ from functools import partial
 
 import numpy as np
 
-from nusselt.renderer.camera.rays import pixel_centres
-from nusselt.renderer.camera.view import View, look
 from nusselt.renderer.estimators.exact import Exact
 from nusselt.renderer.estimators.protocol import Estimator
 from nusselt.renderer.geometry.arrays import Geometry
@@ -21,7 +19,8 @@ from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats, Ints
 from nusselt.renderer.visibility.segments import small_triangles
 
-from .centres import CentreShader, allowed, planes
+from .centre_view import CentreView
+from .centres import CentreShader, allowed
 from .fill import fill_centres
 from .first_estimates import means
 from .supersampling import CentreFrames, Crowd, Frames, around_agrees, is_crowded, touched
@@ -45,9 +44,9 @@ def render_crowded(
     """
     near, geometry, _ = prepare(scene)
     height, width = scene.height, scene.width
-    view = look(near, geometry, *pixel_centres(range(width), range(height)))
-    plane = planes(view)
-    label = np.where(plane >= 0, plane, -1 - view.hits.surface.astype(np.int64) - 1).reshape(height, width)
+    view = CentreView.of(near, geometry)
+    plane = view.planes()
+    label = np.where(plane >= 0, plane, -2 - view.surface).reshape(height, width)
     plain = around_agrees(label) & ~touched(near, geometry)
     region = np.where(plain, plane.reshape(height, width), -1)
     shade = CentreShader(scene, estimator, executor, tolerance, view)
@@ -82,13 +81,14 @@ def fill_beside(
     return centre, settled, (ROOM * tolerance) ** 2 * square - settled
 
 
-def crowded_centres(view: View, geometry: Geometry, estimator: Estimator, needs: Needs, tolerance: float) -> Ints:
+def crowded_centres(view: CentreView, geometry: Geometry, estimator: Estimator, needs: Needs, tolerance: float) -> Ints:
     """Pixels (n,) whose centres show a triangle of many, if it takes less to sample their shadows."""
     tree = small_triangles(geometry)
     shadows = needs.random and needs.visibility and not needs.without_form and isinstance(estimator, Exact)
     if tree is None or tolerance < ROUGH or not shadows or not is_crowded(geometry):
         return np.zeros(0, dtype=np.int64)
-    return np.asarray(view.lit[np.isin(view.hits.triangle[view.lit], tree.triangles)])
+    lit = np.flatnonzero(view.reflects)
+    return lit[np.isin(view.seen.triangle[lit], tree.triangles)]
 
 
 def sampled_centres(region: Ints, busy: Ints, shade: CentreShader) -> tuple[Floats, float]:

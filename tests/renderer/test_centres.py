@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from builders import box, floor, lamp, scene
+from builders import box, floor, lamp, quad, scene
 from click.testing import CliRunner
 from test_many_triangles import made
 
@@ -14,15 +14,16 @@ from nusselt.experiments.cli.main import main
 from nusselt.experiments.scenes.catalogue import load
 from nusselt.experiments.scenes.meshes import displaced_sphere
 from nusselt.experiments.scenes.shapes import plate
-from nusselt.renderer.camera import view as camera_view
 from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators import Analytic, Area, Exact
 from nusselt.renderer.geometry.arrays import build_geometry
 from nusselt.renderer.image import render
-from nusselt.renderer.pixels import regions, render_centre
-from nusselt.renderer.pixels.centres import CentreShader, planes
+from nusselt.renderer.lights import DiskLight, SkyLight
+from nusselt.renderer.pixels import centre_view, regions, render_centre
+from nusselt.renderer.pixels.centre_view import CentreView
+from nusselt.renderer.pixels.centres import CentreShader
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.surfaces import Ellipsoid, Material
 
@@ -59,15 +60,13 @@ def test_planes_are_those_of_triangles_that_lie_in_one_and_every_pixel_of_a_ball
         floor(), beside, box((-0.5, 0, -0.5), (0.4, 0.8, 0.4)), ellipsoids=(ball,), lights=(lamp(3.0),), size=(96, 72)
     )
     near, geometry, _ = prepare(s)
-    view = look(near, geometry, *pixel_centres(range(s.width), range(s.height)))
-    plane, triangle = planes(view), view.hits.triangle
-    lit = np.zeros(plane.size, dtype=bool)
-    lit[view.lit] = True
+    view = CentreView.of(near, geometry)
+    plane, lit, triangle = view.planes(), view.reflects, view.seen.triangle
     assert np.array_equal(plane >= 0, lit)
     shown = [np.unique(plane[lit & (triangle // 2 == pair)]) for pair in range(8)]
     assert [len(numbers) for numbers in shown[:2]] == [1, 1]
     assert sorted(len(numbers) for numbers in shown[2:]) == [0, 0, 0, 0, 1, 1]
-    on_ball = plane[view.hits.ellipsoid >= 0]
+    on_ball = plane[view.seen.ellipsoid >= 0]
     assert np.unique(on_ball).size == on_ball.size > 20
     assert np.unique(plane[lit]).size == on_ball.size + 4
 
@@ -76,6 +75,29 @@ def test_every_pixel_of_a_classic_scene_agrees():
     s = load("quad").with_(width=64, height=48)
     every, some = render(s, Analytic()), render_centre(s, Analytic(), tolerance=1e-4)
     assert np.sqrt(((some.image.mean - every.mean) ** 2).sum() / (every.mean**2).sum()) <= 1e-4
+
+
+@pytest.mark.parametrize("two_sided", [False, True])
+def test_centres_show_what_their_rays_meet_bit_by_bit(two_sided):
+    """Lamps, a sky, a sheet seen from behind and a glowing ball: who is who, and the points that reflect."""
+    ball = Ellipsoid(
+        (-1.2, 0.5, 0.5), ((0.3, 0, 0), (0, 0.4, 0), (0, 0, 0.3)), Material((0.5,) * 3, emission=(1, 2, 3))
+    )
+    away = quad((-0.5, 0, 1), (-0.5, 0.8, 1), (0.4, 0.8, 1), (0.4, 0, 1))
+    lights = (lamp(1.4), DiskLight((1.2, 0.4, 0.3), (0.2, 0.5, 1.0), 0.4, (1, 1, 2)), SkyLight((0.1, 0.2, 0.3)))
+    s = scene(floor(), away, ellipsoids=(ball,), lights=lights, size=(64, 48), two_sided=two_sided)
+    near, geometry, _ = prepare(s)
+    right, found = look(near, geometry, *pixel_centres(range(64), range(48))), CentreView.of(near, geometry)
+    for kind in ("emission", "emitter", "background", "back"):
+        assert np.array_equal(getattr(found, kind), getattr(right, kind)), kind
+        assert getattr(right, kind).any() != (two_sided and kind == "back"), kind
+    assert np.array_equal(found.surface, right.hits.surface)
+    assert np.array_equal(np.flatnonzero(found.reflects), right.lit)
+    some = np.arange(0, right.lit.size, 3)
+    points = found.points(right.lit[some])
+    for name in ("position", "normal", "outgoing", "mirror", "diffuse", "ellipsoid", "outside"):
+        assert np.array_equal(getattr(points, name), getattr(right.points.take(some), name)), name
+    assert {-1, 0} == set(points.ellipsoid.tolist())
 
 
 def test_what_small_faces_reflect_is_evaluated_in_one_call_and_allows_errors_elsewhere(monkeypatch):
@@ -100,8 +122,8 @@ def test_what_small_faces_reflect_is_evaluated_in_one_call_and_allows_errors_els
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
 def test_every_ray_is_traced_once(tolerance, monkeypatch):
-    traced, hits = [], camera_view.first_hits
-    monkeypatch.setattr(camera_view, "first_hits", lambda *a: traced.append(a[2].shape[1]) or hits(*a))
+    traced, met = [], centre_view.nearest_surfaces
+    monkeypatch.setattr(centre_view, "nearest_surfaces", lambda *a: traced.append(a[2].shape[1]) or met(*a))
     render_centre(over_floor(48), Exact(), tolerance=tolerance)
     assert traced == [48 * 48]
 
