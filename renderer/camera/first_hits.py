@@ -6,7 +6,7 @@ by one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -46,6 +46,31 @@ class Hits:
     distance: Floats
     ellipsoid: Ints
     triangle: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """Which surface each of n rays meets first, and what tells where.
+
+    Parameters
+    ----------
+    triangle, disk, ellipsoid : (n,) int64
+        The one that is met, -1 for the others.
+    weight : (3, n) float64
+        Edge functions of the triangle.
+    distance : (n,) float64
+        Ray parameter, in lengths of the direction given; inf where nothing is met.
+    """
+
+    triangle: Ints
+    weight: Floats
+    disk: Ints
+    ellipsoid: Ints
+    distance: Floats
+
+    def take(self, index: Ints) -> Seen:
+        """Those of the rays ``index`` (k,)."""
+        return Seen(*(take(getattr(self, part.name), index) for part in fields(self)))
 
 
 ULPS = 16 * 2.0**-53
@@ -130,7 +155,12 @@ def nearer_disks(geometry: Geometry, origin: Floats, d: Floats, near: Floats, tr
 
 
 def first_hits(geometry: Geometry, origin: Floats, d: Floats, corners: Floats | None = None) -> Hits:
-    """Nearest hit of each ray.
+    """Nearest hit of each ray; see `nearest_surfaces`."""
+    return hits_at(geometry, origin, d, nearest_surfaces(geometry, origin, d, corners))
+
+
+def nearest_surfaces(geometry: Geometry, origin: Floats, d: Floats, corners: Floats | None = None) -> Seen:
+    """What each ray meets first.
 
     Parameters
     ----------
@@ -159,26 +189,14 @@ def first_hits(geometry: Geometry, origin: Floats, d: Floats, corners: Floats | 
         distance = np.where(nearer, t, distance)
         ellipsoid[nearer] = index
     triangle, disk = np.where((ellipsoid < 0) & (disk < 0), triangle, -1), np.where(ellipsoid < 0, disk, -1)
-    return hits_at(geometry, origin, d, triangle, weight, disk, ellipsoid, distance)
+    return Seen(triangle, weight, disk, ellipsoid, distance)
 
 
-def hits_at(
-    geometry: Geometry,
-    origin: Floats,
-    d: Floats,
-    triangle: Ints,
-    weight: Floats,
-    disk: Ints,
-    ellipsoid: Ints,
-    distance: Floats,
-) -> Hits:
-    """Hits on surfaces that are known: triangles, by their edge functions (3, n), disks, or ellipsoids at a distance.
-
-    -1 for none of a kind.
-    """
-    position, normal, surface = _on_triangles(geometry, triangle, weight)
+def hits_at(geometry: Geometry, origin: Floats, d: Floats, seen: Seen) -> Hits:
+    """Hits on surfaces that are known: triangles by their edge functions, disks, ellipsoids at a distance."""
+    position, normal, surface = _on_triangles(geometry, seen.triangle, seen.weight)
     for index in range(geometry.disks):
-        mine = np.flatnonzero(disk == index)
+        mine = np.flatnonzero(seen.disk == index)
         up = geometry.disk_normal[:, [index]]
         x, y = disk_place(geometry, index, origin, d[:, mine])
         e, f = frame(up)
@@ -186,13 +204,13 @@ def hits_at(
         normal[:, mine] = up
         surface[mine] = geometry.disk_surface[index]
     for index in range(geometry.ellipsoids):
-        mine = np.flatnonzero(ellipsoid == index)
+        mine = np.flatnonzero(seen.ellipsoid == index)
         inverse, center = geometry.inverse[index], geometry.center[:, [index]]
-        local = unit(transform(inverse, origin - center) + transform(inverse, d[:, mine]) * distance[mine])
+        local = unit(transform(inverse, origin - center) + transform(inverse, d[:, mine]) * seen.distance[mine])
         position[:, mine] = center + transform(geometry.axes[index], local)
         normal[:, mine] = unit(transform(inverse.T, local))
         surface[mine] = geometry.ellipsoid_surface[index]
-    return Hits(surface, position, normal, distance, ellipsoid, triangle)
+    return Hits(surface, position, normal, seen.distance, seen.ellipsoid, seen.triangle)
 
 
 def _on_triangles(geometry: Geometry, triangle: Ints, weight: Floats) -> tuple[Floats, Floats, Ints]:

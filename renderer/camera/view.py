@@ -96,18 +96,20 @@ def look(scene: Scene, geometry: Geometry, x: Floats, y: Floats) -> View:
     faces = (cosine != 0) if scene.two_sided else (cosine > 0)
     reflects = ~background & ~emitter & faces
     lit = np.flatnonzero(reflects)
-    outside = _outside(geometry, column(scene.camera.position), hits, cosine, lit)
-    points = shading_points(geometry, hits, outgoing, lit, outside)
+    points = shading_points_seen(geometry, column(scene.camera.position), hits, outgoing, lit)
     return View(hits, outgoing, emission, emitter, background, ~background & ~emitter & ~faces, lit, points)
 
 
-def _outside(
-    geometry: Geometry, camera: Floats, hits: Hits, cosine: Floats, index: NDArray[np.intp]
-) -> NDArray[np.bool_] | None:
+def shading_points_seen(geometry: Geometry, eye: Floats, hits: Hits, outgoing: Floats, index: Ints) -> ShadingPoints:
+    """The hits ``index`` (k,) of rays from an eye (3, 1), as shading points."""
+    return shading_points(geometry, hits, outgoing, index, _outside(geometry, eye, hits, outgoing, index))
+
+
+def _outside(geometry: Geometry, eye: Floats, hits: Hits, outgoing: Floats, index: Ints) -> NDArray[np.bool_] | None:
     """See `ShadingPoints`; None if no point is known to be."""
     tree = small_triangles(geometry)
-    if tree is None or (np.abs(camera - tree.centre) <= tree.half).all():
+    if tree is None or (np.abs(eye - tree.centre) <= tree.half).all():
         return None
     mine = np.zeros(geometry.triangles + 1, dtype=bool)  # the last for rays that hit none
     mine[tree.triangles] = True
-    return np.asarray(mine[hits.triangle[index]] & (cosine[index] > 0))
+    return np.asarray(mine[hits.triangle[index]] & (dot(hits.normal, outgoing)[index] > 0))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nusselt.renderer.camera.edge_functions import Pencil
-from nusselt.renderer.camera.first_hits import Hits, ellipsoid_distance, hits_at, nearer_disks
+from nusselt.renderer.camera.first_hits import Seen, ellipsoid_distance, hits_at, nearer_disks
 from nusselt.renderer.camera.screen_boxes import ImageBoxes
 from nusselt.renderer.camera.view import shading_points
 from nusselt.renderer.geometry.arrays import Geometry
@@ -189,5 +189,6 @@ class Regions:
             mine = np.flatnonzero(ellipsoid == index)
             distance[mine] = ellipsoid_distance(self.geometry, index, self.lens.origin, d[:, mine], certain=True)
         weight = self.pencil.weights(d, triangle) if self.geometry.triangles else np.zeros_like(d)
-        hits: Hits = hits_at(self.geometry, self.lens.origin, d, triangle, weight, disk, ellipsoid, distance)
+        seen = Seen(triangle, weight, disk, ellipsoid, distance)
+        hits = hits_at(self.geometry, self.lens.origin, d, seen)
         return shading_points(self.geometry, hits, -unit(d), np.arange(x.size))

@@ -14,17 +14,16 @@ from functools import partial
 
 import numpy as np
 
-from nusselt.renderer.camera.rays import pixel_centres
-from nusselt.renderer.camera.view import look
 from nusselt.renderer.errors import InputError
 from nusselt.renderer.estimators.protocol import Estimator
 from nusselt.renderer.image import Image
 from nusselt.renderer.needs import Needs
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
-from nusselt.renderer.vectors import Floats
+from nusselt.renderer.vectors import Floats, Ints
 
-from .centres import CentreShader, planes
+from .centre_view import CentreView, on_small_planes
+from .centres import CentreShader, allowed
 from .fill import fill_centres
 from .render_crowded import crowded_centres, sampled_centres
 
@@ -84,14 +83,13 @@ def render_centre(
     near, geometry, needs = prepare(scene)
     refuse_noise(scene, estimator, needs, tolerance, "an image with interpolation")
     height, width = scene.height, scene.width
-    view = look(near, geometry, *pixel_centres(range(width), range(height)))
-    shade = CentreShader(scene, estimator, executor, tolerance)
-    region, rough = planes(view).reshape(height, width), crowded_centres(view, geometry, estimator, needs, tolerance)
+    view = CentreView.of(near, geometry)
+    shade = CentreShader(scene, estimator, executor, tolerance, view)
+    region, rough = view.planes().reshape(height, width), crowded_centres(view, geometry, estimator, needs, tolerance)
     if rough.size:
         centre, left = sampled_centres(region, rough, shade)
     else:
-        centre, bound, _ = fill_centres(region, shade, partial(share_of_rms, tolerance))
-        left = float((bound**2).sum())
+        centre, left = filled_centres(region, shade)
     mean = np.where(np.isfinite(centre), centre, 0.0) + view.emission.reshape(3, height, width)
     square = float((np.where(np.isfinite(centre), centre, 0.0) ** 2).sum())
     error = math.sqrt(left / square) if square > 0 else 0.0
@@ -101,6 +99,12 @@ def render_centre(
     return CentreImage(Image.without_noise(mean, emitter, background, back), error, tolerance, evaluations)
 
 
-def share_of_rms(share: float, first: Floats) -> float:
-    """What a pixel may be off by, radiance, from the first that were evaluated (3, n)."""
-    return share * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
+def filled_centres(region: Ints, shade: CentreShader) -> tuple[Floats, float]:
+    """Radiance (3, h, w) at all centres, and the sum of their squared errors."""
+    small, beside = on_small_planes(region.ravel()), region.copy()
+    value = shade(small)
+    beside.ravel()[small] = -1
+    count = max(int(np.count_nonzero(beside >= 0)), 1)
+    centre, bound, _ = fill_centres(beside, shade, partial(allowed, shade.tolerance, float((value**2).sum()), count))
+    centre.reshape(3, -1)[:, small] = value
+    return centre, float((bound**2).sum())

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import Executor
+from functools import partial
 
 import numpy as np
 
-from nusselt.renderer.camera.rays import pixel_centres
-from nusselt.renderer.camera.view import View, look
 from nusselt.renderer.estimators.exact import Exact
 from nusselt.renderer.estimators.protocol import Estimator
 from nusselt.renderer.geometry.arrays import Geometry
@@ -20,7 +19,8 @@ from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats, Ints
 from nusselt.renderer.visibility.segments import small_triangles
 
-from .centres import CentreShader, planes
+from .centre_view import CentreView
+from .centres import CentreShader, allowed
 from .fill import fill_centres
 from .first_estimates import means
 from .supersampling import CentreFrames, Crowd, Frames, around_agrees, is_crowded, touched
@@ -44,12 +44,12 @@ def render_crowded(
     """
     near, geometry, _ = prepare(scene)
     height, width = scene.height, scene.width
-    view = look(near, geometry, *pixel_centres(range(width), range(height)))
-    plane = planes(view)
-    label = np.where(plane >= 0, plane, -1 - view.hits.surface.astype(np.int64) - 1).reshape(height, width)
+    view = CentreView.of(near, geometry)
+    plane = view.planes()
+    label = np.where(plane >= 0, plane, -2 - view.surface).reshape(height, width)
     plain = around_agrees(label) & ~touched(near, geometry)
     region = np.where(plain, plane.reshape(height, width), -1)
-    shade = CentreShader(scene, estimator, executor, tolerance)
+    shade = CentreShader(scene, estimator, executor, tolerance, view)
     busy = np.flatnonzero(~plain)
     crowd = Crowd.begun(Frames(scene, tolerance), busy, executor)
     centre, settled, budget = fill_beside(crowd, region, shade, tolerance)
@@ -75,24 +75,20 @@ def fill_beside(
 ) -> tuple[Floats, float, float]:
     """Centres (3, h, w) of regions beside a crowd, the sum of their squared errors, and what the crowd's may be."""
     known, count = crowd.square, max(int(np.count_nonzero(region >= 0)), 1)
-
-    def allowed(first: Floats) -> float:
-        square = known + count * float((first**2).sum()) / max(first.shape[1], 1)
-        return SHARE * tolerance * math.sqrt(square / count)
-
-    centre, bound, _ = fill_centres(region, shade, allowed)
+    centre, bound, _ = fill_centres(region, shade, partial(allowed, SHARE * tolerance, known, count))
     settled = float((bound**2).sum())
     square = known + float(np.nansum(centre**2))
     return centre, settled, (ROOM * tolerance) ** 2 * square - settled
 
 
-def crowded_centres(view: View, geometry: Geometry, estimator: Estimator, needs: Needs, tolerance: float) -> Ints:
+def crowded_centres(view: CentreView, geometry: Geometry, estimator: Estimator, needs: Needs, tolerance: float) -> Ints:
     """Pixels (n,) whose centres show a triangle of many, if it takes less to sample their shadows."""
     tree = small_triangles(geometry)
     shadows = needs.random and needs.visibility and not needs.without_form and isinstance(estimator, Exact)
     if tree is None or tolerance < ROUGH or not shadows or not is_crowded(geometry):
         return np.zeros(0, dtype=np.int64)
-    return np.asarray(view.lit[np.isin(view.hits.triangle[view.lit], tree.triangles)])
+    lit = np.flatnonzero(view.reflects)
+    return lit[np.isin(view.seen.triangle[lit], tree.triangles)]
 
 
 def sampled_centres(region: Ints, busy: Ints, shade: CentreShader) -> tuple[Floats, float]:

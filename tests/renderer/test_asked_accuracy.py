@@ -21,8 +21,8 @@ from nusselt.renderer.closed_forms.irradiance import facing, irradiance
 from nusselt.renderer.closed_forms.phong_lobe import phong_lobe
 from nusselt.renderer.image import render
 from nusselt.renderer.pixels import render_area, render_centre
+from nusselt.renderer.pixels.centres import allowed
 from nusselt.renderer.pixels.fill import fill_centres
-from nusselt.renderer.pixels.render_centre import share_of_rms
 from nusselt.renderer.prepared import prepare
 
 SIDE = 32
@@ -159,7 +159,7 @@ def test_what_lies_along_an_edge_is_filled_from_one_side_unless_the_point_tried_
         asked.append(index)
         return right.reshape(3, -1)[:, index]
 
-    value, bound, filled = fill_centres(region, evaluate, partial(share_of_rms, tolerance))
+    value, bound, filled = fill_centres(region, evaluate, partial(allowed, tolerance, 0.0, 1))
     error = np.sqrt(((value - right)[:, region >= 0] ** 2).sum() / (right**2).sum())
     assert 0 < error < np.sqrt((bound**2).sum() / (right**2).sum()) < 1.1 * tolerance
     asked = np.concatenate(asked)
