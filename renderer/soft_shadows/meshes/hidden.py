@@ -17,7 +17,7 @@ from nusselt.renderer.visibility.silhouette import Outline
 
 from .contour import Rim, before_corner, layers, on_left, pieces
 from .light_frame import Candidates, LightFrame
-from .overlap import extra_layers
+from .overlap import Merging, extra_layers
 from .rounding import on_folds, rounding
 
 LEVELS = (2048, 256, 64)
@@ -32,9 +32,14 @@ NEARER = (1.0, 2.0**-8, 2.0**-16, 2.0**-24, 0.0)
 PAIRS = 1 << 19
 """Edge-point pairs looked at at once."""
 
-ROUGH = ((3e-3, 0, 8), (9e-4, 1 << 15, 4))
-"""From which tolerance of an image and for how many edges, which make strips narrow, so many strips of overlapping
-layers are merged: the tolerance is twenty times what that changes."""
+ROUGH = (
+    (7e-3, 0, Merging(32, 32)),
+    (3e-3, 0, Merging(16, 64)),
+    (9e-4, 1 << 15, Merging(8, 128)),
+    (9e-5, 1 << 15, Merging(4, 128)),
+)
+"""From which tolerance of an image and for how many edges, which make strips narrow, strips of overlapping layers are
+merged: the tolerance is six times what that changes, or more."""
 
 WORTH = 1 << 18
 """Edge-point pairs in a block up to which it costs less to look at all than to divide it, where bits do not matter."""
@@ -146,7 +151,7 @@ def _from_corner(
     x, n = x[:, order], n[:, order]
     points = Points(x, n, frame.point(x), *_layers(view, frame, x, n, None if outside is None else outside[order]))
     _blocks(
-        everything, points, frame, _Plan(WORTH if tolerance else 0, _merged(tolerance, everything.count)), order, out
+        everything, points, frame, _Plan(WORTH if tolerance else 0, _merging(tolerance, everything.count)), order, out
     )
     return out
 
@@ -176,20 +181,20 @@ class _Plan:
     ----------
     worth : int
         Pairs of an edge and a point in a block beyond which it is divided.
-    merged : int
-        See `extra_layers`.
+    merging : Merging or None
+        Of strips.
     sizes : tuple of int
         Points in blocks, level by level.
     """
 
     worth: int
-    merged: int
+    merging: Merging | None
     sizes: tuple[int, ...] = LEVELS
 
 
-def _merged(tolerance: float, edges: int) -> int:
-    """How many strips may be taken as one."""
-    return next((most for rough, many, most in ROUGH if tolerance >= rough and edges >= many), 0)
+def _merging(tolerance: float, edges: int) -> Merging | None:
+    """Which strips may be taken as one."""
+    return next((merging for rough, many, merging in ROUGH if tolerance >= rough and edges >= many), None)
 
 
 def _blocks(edges: Candidates, points: Points, frame: LightFrame, plan: _Plan, names: Ints, out: Floats) -> None:
@@ -205,11 +210,11 @@ def _blocks(edges: Candidates, points: Points, frame: LightFrame, plan: _Plan, n
         step = max(1, PAIRS // max(near.count, 1))
         for begin in range(first, min(first + size, count), step):
             t = slice(begin, min(begin + step, first + size))
-            out[:, names[t]] = _block(near, points.part(t), frame, plan.merged)
+            out[:, names[t]] = _block(near, points.part(t), frame, plan.merging)
 
 
-def _block(edges: Candidates, points: Points, frame: LightFrame, merged: int) -> tuple[Floats, Floats]:
-    """Hidden irradiance, and a bound of its error, but for that of strips that are ``merged``."""
+def _block(edges: Candidates, points: Points, frame: LightFrame, merging: Merging | None) -> tuple[Floats, Floats]:
+    """Hidden irradiance, and a bound of its error, but for that of strips that are merged."""
     x, n = points.x, points.n
     size = edges.size + np.abs(x).max(axis=0)
     height = edges.heights(x)
@@ -218,6 +223,6 @@ def _block(edges: Candidates, points: Points, frame: LightFrame, merged: int) ->
     at, jump = on_left(cut, rim)
     start = before_corner(cut, at, jump, points.spot, points.within)
     value, doubt = layers(cut, rim, n, start, size)
-    extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame, merged)
+    extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame, merging)
     error = rounding(cut, x, n, size, frame, doubt + more, lengths)
     return value - extra, np.where(on_folds(edges, height, x, n, size), np.inf, error)
