@@ -1,10 +1,9 @@
 """Pixels by area where each shows many small faces: sampled together with the light, until their spread allows it.
 
 A frame is one place in every pixel and one point of each light: what a light point sees of a closed mesh is found for
-all pixels at once. Place and light point run along one sequence in four dimensions (Kronecker's, with the powers of
-the root of x^5 = x + 1), in REPLICAS copies shifted at random: the spread of their means is the error's estimate
-(Cranley & Patterson 1976). It is pooled over neighbouring pixels, and pixels whose share matters get as many frames
-again. At pixel centres, light points alone are the frames.
+all pixels at once. Place and light point run along one sequence in four dimensions (`sobol`), in REPLICAS copies
+scrambled at random: the spread of their means is the error's estimate. It is pooled over neighbouring pixels, and
+pixels whose share matters get as many frames again. At pixel centres, light points alone are the frames.
 """
 
 from __future__ import annotations
@@ -31,17 +30,20 @@ from nusselt.renderer.shading import ShadingPoints
 from nusselt.renderer.vectors import Bools, Floats, Ints, column, distinct
 from nusselt.renderer.visibility.segments import small_triangles
 
+from .sobol import scrambled
+
 MANY = 20_000
 """Small triangles beyond which pixels are sampled: cutting each face out of its pixels takes minutes there."""
 REPLICAS = 4
 FRAMES = 8
 """Of each copy, in the first round; of light points alone half as many."""
-MOST = 2048
+BITS = 11
+MOST = 1 << BITS
 """Of each copy, after which a pixel stays as it is and the error says so."""
 RAYS = 1 << 16
 """In a piece of work."""
-STEPS = 1.1673039782614187 ** -np.arange(1.0, 5.0)
-"""Of the sequence: pixel across, pixel down, light across, light down."""
+STEPS = np.array([[0.7548776662466927], [0.5698402909980532]])
+"""Of one source's light points from the one's before it, in the unit square."""
 
 
 def is_crowded(geometry: Geometry) -> bool:
@@ -96,10 +98,8 @@ class Frames:
 
     @property
     def places(self) -> Floats:
-        """Of each frame, copy by copy, (4, m)."""
-        shifts = np.random.default_rng(7).random((REPLICAS, 1, 4))
-        numbers = np.arange(self.first, self.last)[:, None]
-        return np.asarray(((shifts + numbers * STEPS) % 1.0).reshape(-1, 4).T)
+        """Of each frame, copy by copy, (4, m): pixel across, pixel down, light across, light down."""
+        return scrambled(REPLICAS, BITS)[:, :, self.first : self.last].reshape(4, -1)
 
     def __call__(self, pixel: Ints) -> Floats:
         """Sums (REPLICAS, 5, n) over the frames: radiance, hits of emitters, misses."""
@@ -121,7 +121,7 @@ def _share(points: ShadingPoints, source: Source, light: Floats, of: Ints) -> Fl
 
 def _turned(light: Floats, source: Source) -> Floats:
     """Another sequence for each source."""
-    return (light + source.index * STEPS[:2, None]) % 1.0
+    return (light + source.index * STEPS) % 1.0
 
 
 class CentreFrames(Frames):
@@ -133,7 +133,7 @@ class CentreFrames(Frames):
     def __call__(self, pixel: Ints) -> Floats:
         """Sums (REPLICAS, 3, n) over the frames of radiance."""
         scene, geometry, needs = prepare(self.scene)
-        light = self.places[2:]
+        light = self.places[:2]
         row, across = np.divmod(pixel, scene.width)
         points = look(scene, geometry, across + 0.5, row + 0.5).points.as_exact_as(self.tolerance)
         found = np.zeros((3, light.shape[1], pixel.size))

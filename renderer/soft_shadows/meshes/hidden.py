@@ -19,7 +19,7 @@ from nusselt.renderer.visibility.silhouette import Outline
 
 from .contour import Pieces, Rim, Silhouettes, before_corner, layers, on_left, pieces
 from .light_frame import Candidates, LightFrame
-from .overlap import extra_layers
+from .overlap import Merging, extra_layers
 from .rounding import on_folds, rounding
 
 LEVELS = (2048, 256, 64)
@@ -40,9 +40,14 @@ PAIRS = 1 << 19
 EDGES = 1 << 15
 """Edges before the light that are looked at at once, where bits do not matter."""
 
-ROUGH = ((3e-3, 0, 8), (9e-4, 1 << 15, 4))
-"""From which tolerance of an image and for how many edges, which make strips narrow, so many strips of overlapping
-layers are merged: the tolerance is twenty times what that changes."""
+ROUGH = (
+    (7e-3, 0, Merging(32, 32)),
+    (3e-3, 0, Merging(16, 64)),
+    (9e-4, 1 << 15, Merging(8, 128)),
+    (9e-5, 1 << 15, Merging(4, 128)),
+)
+"""From which tolerance of an image and for how many edges, which make strips narrow, strips of overlapping layers are
+merged: the tolerance is six times what that changes, or more."""
 
 WORTH = 1 << 18
 """Edge-point pairs in a block up to which it costs less to look at all than to divide it, where bits do not matter."""
@@ -169,7 +174,7 @@ def _from_corner(edges: Candidates, frame: LightFrame, points: Points, tolerance
     points, out, plan = points.part(order), np.zeros((2, order.size)), _Plan.of(tolerance, edges.count)
     blocks = _blocks(edges, points, plan)
     if tolerance:
-        out[:, order] = _roughly(blocks, points, frame, plan.merged), np.full(order.size, np.inf)
+        out[:, order] = _roughly(blocks, points, frame, plan.merging), np.full(order.size, np.inf)
         return out
     for near, s in blocks:
         out[:, order[s]] = _block(near, points.part(s), frame)
@@ -211,21 +216,21 @@ class _Plan:
     ----------
     worth : int
         Pairs of an edge and a point in a block beyond which it is divided.
-    merged : int
-        See `extra_layers`.
+    merging : Merging or None
+        Of strips.
     sizes : tuple of int
         Points in blocks, level by level.
     """
 
     worth: int
-    merged: int
+    merging: Merging | None
     sizes: tuple[int, ...] = LEVELS
 
     @classmethod
     def of(cls, tolerance: float, edges: int) -> _Plan:
         """For an image of that tolerance, and so many edges."""
-        merged = next((most for rough, many, most in ROUGH if tolerance >= rough and edges >= many), 0)
-        return cls(WORTH if tolerance else 0, merged)
+        merging = next((one for rough, many, one in ROUGH if tolerance >= rough and edges >= many), None)
+        return cls(WORTH if tolerance else 0, merging)
 
 
 def _blocks(edges: Candidates, points: Points, plan: _Plan, start: int = 0) -> Iterator[tuple[Candidates, slice]]:
@@ -252,7 +257,9 @@ def _block(edges: Candidates, points: Points, frame: LightFrame) -> tuple[Floats
     return value, np.where(on_folds(edges, height, x, n, size), np.inf, error)
 
 
-def _roughly(blocks: Iterator[tuple[Candidates, slice]], points: Points, frame: LightFrame, merged: int) -> Floats:
+def _roughly(
+    blocks: Iterator[tuple[Candidates, slice]], points: Points, frame: LightFrame, merging: Merging | None
+) -> Floats:
     """Hidden irradiance: of many blocks at once, and without looking at points that nothing hides."""
     value = np.zeros(points.within.size)
     held: list[Silhouettes] = []
@@ -265,29 +272,29 @@ def _roughly(blocks: Iterator[tuple[Candidates, slice]], points: Points, frame: 
         if count > EDGES or s.stop == value.size:
             some = points.part(slice(begin, s.stop))
             cut = pieces(Silhouettes.joined(held), some.x, some.n, some.local, frame)
-            value[begin : s.stop] = _of_busy(cut, some, frame, merged)
+            value[begin : s.stop] = _of_busy(cut, some, frame, merging)
             held, begin, count = [], s.stop, 0
     return value
 
 
-def _of_busy(cut: Pieces, points: Points, frame: LightFrame, merged: int) -> Floats:
+def _of_busy(cut: Pieces, points: Points, frame: LightFrame, merging: Merging | None) -> Floats:
     busy = points.within > 0
     busy[cut.owner] = True
     k, value = np.flatnonzero(busy), np.zeros(busy.size)
     if k.size:
         number = np.cumsum(busy) - 1
-        value[k] = _kept(replace(cut, owner=take(number, cut.owner)), points.part(k), frame, None, merged)[0]
+        value[k] = _kept(replace(cut, owner=take(number, cut.owner)), points.part(k), frame, None, merging)[0]
     return value
 
 
 def _kept(
-    cut: Pieces, points: Points, frame: LightFrame, size: Floats | None, merged: int = 0
+    cut: Pieces, points: Points, frame: LightFrame, size: Floats | None, merging: Merging | None = None
 ) -> tuple[Floats, Floats, Floats]:
-    """Hidden irradiance, and the doubts and lengths that `rounding` asks for; see `extra_layers` for ``merged``."""
+    """Hidden irradiance, and the doubts and lengths that `rounding` asks for; see `extra_layers` for ``merging``."""
     x, n = points.x, points.n
     rim = Rim.of(x, n, frame, size)
     at, jump = on_left(cut, rim)
     start = before_corner(cut, at, jump, points.spot, points.within)
     value, doubt = layers(cut, rim, n, start, size)
-    extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame, merged)
+    extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame, merging)
     return value - extra, doubt + more, lengths
