@@ -96,15 +96,15 @@ def _border(edges: Edges, cells: Ints, width: int, side: int) -> tuple[Ints, Flo
     return who[kept], y[kept], y[kept + 1]
 
 
-def pieces_of(edges: Edges, width: int, scale: int, regions: Regions) -> tuple[Pieces, Ints]:
+def pieces_of(edges: Edges, width: int, scale: tuple[int, int], regions: Regions) -> tuple[Pieces, Ints]:
     """Pieces of all cells that hold a visible bit, and the cells whose books do not balance.
 
     Parameters
     ----------
     width : int
         Cells in a row.
-    scale : int
-        Cells in a pixel's side.
+    scale : (int, int)
+        Cells in a pixel, across and down.
     """
     bits = edges.bits
     cells = distinct(bits.cell)
@@ -124,7 +124,7 @@ def pieces_of(edges: Edges, width: int, scale: int, regions: Regions) -> tuple[P
     leaving[6] = first - last
     row, column = np.divmod(cells[np.append(who, far)], width)
     column[who.size :] += 1
-    seen = regions.seen(column / scale, (row + np.append(low + high, first + last) / 2) / scale)
+    seen = regions.seen(column / scale[0], (row + np.append(low + high, first + last) / 2) / scale[1])
     key = np.concatenate((owner, owner, who, far))
     region = np.concatenate((edges.right, edges.left, seen))
     values = np.hstack((sums, -sums, entering, leaving))
@@ -134,8 +134,8 @@ def pieces_of(edges: Edges, width: int, scale: int, regions: Regions) -> tuple[P
     cell_of, region_of = pair // base, pair % base - 1
     area, x, y, xx, xy, yy, balance = total
     curved = np.zeros(cells.size)
-    np.maximum.at(curved, owner, bits.reach)
-    wrong = (np.abs(balance) > AGREE + 4 * curved[cell_of] * scale) | (area < -1e-6 - curved[cell_of] * scale)
+    np.maximum.at(curved, owner, bits.reach * max(scale))
+    wrong = (np.abs(balance) > AGREE + 4 * curved[cell_of]) | (area < -1e-6 - curved[cell_of])
     bad = cells[distinct(cell_of[wrong])]
     kept = np.flatnonzero(area > LEAST)
     cell, area = cells[cell_of[kept]], area[kept]

@@ -49,7 +49,7 @@ def shown_by(regions: Regions, tolerance: float) -> Shown:
     lines = find_lines(regions.geometry, regions.faces, regions.planes, regions.lens)
     bits, crowded = cut_at_crossings(bits_of(lines, width, height))
     edges = visible_edges(bits, regions)
-    pieces, bad = pieces_of(edges, width, 1, regions)
+    pieces, bad = pieces_of(edges, width, (1, 1), regions)
     crossed = distinct(pieces.cell)
     region = _whole_regions(regions, crossed, searched(regions.geometry) and not bad.size and not crowded.size)
     missed = _missed(region.reshape(height, width))
