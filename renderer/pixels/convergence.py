@@ -31,6 +31,8 @@ FINEST = 1024
 """Cells in a pixel's side beside a light, at most."""
 CELLS = 4096
 """The same in all of a pixel."""
+CORNERS = 8
+"""Of a light, that are looked at as they are; of more, those of the box around them."""
 FEW = 1 << 12
 """Points that are looked at one by one."""
 BLOCK = 8
@@ -42,25 +44,51 @@ TINY = np.finfo(float).tiny
 
 @dataclass(frozen=True, eq=False)
 class Poles:
-    """The branch points nearest to image points (n,).
+    """The branch points nearest to image points (n,), as ways a + b u + c v that have length 0 there.
 
     Parameters
     ----------
+    a, b, c : (3, n) float64
     radius : (n,) float64
         Pixels to the nearest.
-    ways : (2, n) float64
-        Unit, in which it is that near.
-    real, imaginary : (n,) float64
-        Its place along that way.
-    axes : (2, n) float64
-        Pixels across and down that are as long as one along that way.
     """
 
+    a: Floats
+    b: Floats
+    c: Floats
     radius: Floats
-    ways: Floats
-    real: Floats
-    imaginary: Floats
-    axes: Floats
+
+    @classmethod
+    def of(cls, regions: Regions, light: Light, x: Floats, y: Floats, surface: Ints) -> Poles:
+        """Of image points (n,) of faces, for all straight lines between corners of the light.
+
+        Of each line the place that is nearest to the point stands for all: radii are up to 4 % too large.
+        """
+        (row, d, position), (across, down) = _seen(regions, x, y, surface), _steps(regions)
+        s, slope, rise = dot(row, d), dot(row, across), dot(row, down)
+        corners = _corners(light) - regions.lens.origin
+        best, place = np.full(x.size, np.inf), np.zeros((3, x.size))
+        for i, j in list(combinations(range(corners.shape[1]), 2)) or [(0, 0)]:
+            start, along = corners[:, [i]], corners[:, [j]] - corners[:, [i]]
+            t = np.clip(dot(position - start, along) / max(float(dot(along, along)[0]), TINY), 0, 1)
+            q = start + t * along
+            a, b, c = d - s * q, across - slope * q, down - rise * q
+            square = dot(a, a) / _longest(b, c)
+            closer = square < best
+            best, place = np.where(closer, square, best), np.where(closer, q, place)
+        return cls(d - s * place, across - slope * place, down - rise * place, np.sqrt(best))
+
+    def along(self) -> tuple[Floats, Floats, Floats]:
+        """Unit ways (2, n) in the image in which they are that near, and their real and imaginary part (n,) there."""
+        b, c = self.b, self.c
+        angle = np.arctan2(2 * dot(b, c), dot(b, b) - dot(c, c)) / 2
+        ways = np.stack((np.cos(angle), np.sin(angle)))
+        real = -dot(self.a, ways[0] * b + ways[1] * c) / _longest(b, c)
+        return ways, real, np.sqrt(np.maximum(self.radius**2 - real**2, 0.0))
+
+    def axes(self) -> Floats:
+        """Pixels (2, n) across and down that are worth one along those ways."""
+        return np.sqrt(_longest(self.b, self.c) / np.maximum([dot(self.b, self.b), dot(self.c, self.c)], TINY))
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,13 +139,14 @@ class Convergence:
         """
         most, cells = np.zeros(x.size), np.ones((2, x.size))
         for k, poles in self._poles(x, y, region):
-            along = np.clip(poles.real + PEAK[:, None] * poles.imaginary, -0.5, 0.5)
-            u, v = (place[k] + way * along for place, way in zip((x, y), poles.ways, strict=True))
+            ways, real, imaginary = poles.along()
+            along = np.clip(real + PEAK[:, None] * imaginary, -0.5, 0.5)
+            u, v = x[k] + ways[0] * along, y[k] + ways[1] * along
             value = free(u.ravel(), v.ravel(), np.tile(region[k], PEAK.size))
             size = np.sqrt((value**2).sum(axis=0)).reshape(along.shape).max(axis=0)
             most[k] = np.maximum(most[k], size)
-            least = np.hypot(poles.imaginary, np.maximum(np.abs(poles.real) - 0.5, 0.0))  # from within the pixel
-            cells[:, k] = np.maximum(cells[:, k], RESOLVED / np.maximum(least * poles.axes, TINY))
+            least = np.hypot(imaginary, np.maximum(np.abs(real) - 0.5, 0.0))  # from within the pixel
+            cells[:, k] = np.maximum(cells[:, k], RESOLVED / np.maximum(least * poles.axes(), TINY))
         return most, _cells(cells)
 
     def _poles(self, x: Floats, y: Floats, region: Ints, many: bool = False) -> Iterator[tuple[Ints, Poles]]:
@@ -128,23 +157,27 @@ class Convergence:
         many : bool
             Whether to look at blocks of the image first, and leave out points with large radii.
         """
-        surface = region % self.regions.surfaces
+        regions, surface = self.regions, region % self.regions.surfaces
         for light, near in self.near:
             k = np.flatnonzero(near[surface])
             if many:
                 k = k[self._close(light, near, x[k], y[k], surface[k])]
+            plane = light.plane()
+            if plane is not None:
+                place = regions.lens.origin + _seen(regions, x[k], y[k], surface[k])[2]
+                k = k[dot(plane[0], place - plane[1]) > 0]
             if k.size:
-                yield k, _poles(self.regions, light, x[k], y[k], surface[k])
+                yield k, Poles.of(regions, light, x[k], y[k], surface[k])
 
     def _close(self, light: Light, near: Bools, x: Floats, y: Floats, surface: Ints) -> Bools:
         """Points (n,) of such surfaces in blocks where radii may be small: they change by a pixel a pixel at most."""
-        column, row, kinds = (x // BLOCK).astype(np.int64), (y // BLOCK).astype(np.int64), np.flatnonzero(near)
+        column, row, kinds = x.astype(np.int64) // BLOCK, y.astype(np.int64) // BLOCK, np.flatnonzero(near)
         wide = int(column.max(initial=0)) + 1
         key = (row * wide + column) * kinds.size + np.searchsorted(kinds, surface)
         blocks = distinct(key)
         place, kind = np.divmod(blocks, kinds.size)
         middle = BLOCK * (place % wide + 0.5), BLOCK * (place // wide + 0.5)
-        radius = _poles(self.regions, light, *middle, kinds[kind], False).radius
+        radius = Poles.of(self.regions, light, *middle, kinds[kind]).radius
         close = radius < AROUND * (self.widest + BLOCK / np.sqrt(2))
         return np.asarray(close[np.searchsorted(blocks, key)])
 
@@ -163,13 +196,20 @@ def _steps(regions: Regions) -> tuple[Floats, Floats]:
     return 2 * lens.right / lens.width, -2 * lens.up / lens.height
 
 
+def _seen(regions: Regions, x: Floats, y: Floats, surface: Ints) -> tuple[Floats, Floats, Floats]:
+    """Of image points of faces: the faces' nearness by direction, the directions, and the ways there, (3, n) each."""
+    row, d = regions.pencil.planes.nearness[:, regions.faces.triangle[surface]], regions.lens.directions(x, y)
+    s = dot(row, d)
+    return row, d, d / np.where(s == 0, TINY, s)
+
+
 def _near_faces(regions: Regions, light: Light, widest: float) -> Bools:
     """Faces (f,) on which radii may be smaller than ``widest`` pixels."""
     g, faces, lens = regions.geometry, regions.faces, regions.lens
     near = np.zeros(faces.count, dtype=bool)
     if faces.count == 0:
         return near
-    hull, plane, corners = light.hull(), light.plane(), (g.a, g.b, g.c)
+    hull, plane, corners = _corners(light), light.plane(), (g.a, g.b, g.c)
     deep = np.max([dot(lens.look, corner - lens.origin) for corner in corners], axis=0)
     normal = unit(g.normal)
     over = dot(normal[:, :, None], hull[:, None] - g.a[:, :, None])
@@ -191,40 +231,15 @@ def _near_faces(regions: Regions, light: Light, widest: float) -> Bools:
     return near
 
 
-def _poles(regions: Regions, light: Light, x: Floats, y: Floats, surface: Ints, lit: bool = True) -> Poles:
-    """The branch points nearest to image points (n,) of faces, of all straight lines between corners of the light.
+def _corners(light: Light) -> Floats:
+    """Places (3, m), few, whose convex hull holds the light."""
+    hull = light.hull()
+    if hull.shape[1] <= CORNERS:
+        return hull
+    return np.array(np.meshgrid(*zip(hull.min(axis=1), hull.max(axis=1), strict=True))).reshape(3, 8)
 
-    Of each line the place that is nearest to the point stands for all: radii are up to 4 % too large.
 
-    Parameters
-    ----------
-    lit : bool
-        Whether only what is before the light has any.
-    """
-    lens, steps = regions.lens, _steps(regions)
-    row = regions.pencil.planes.nearness[:, regions.faces.triangle[surface]]
-    d, slopes = lens.directions(x, y), [dot(row, step) for step in steps]
-    s = dot(row, d)
-    s = np.where(s == 0, TINY, s)
-    position, hull, plane = d / s, light.hull() - lens.origin, light.plane()
-    radius, found = np.full(x.size, np.inf), np.zeros((6, x.size))
-    for i, j in list(combinations(range(hull.shape[1]), 2)) or [(0, 0)]:
-        start, along = hull[:, [i]], hull[:, [j]] - hull[:, [i]]
-        t = np.clip(dot(position - start, along) / max(float(dot(along, along)[0]), TINY), 0, 1)
-        q = start + t * along
-        a = d - s * q
-        b, c = (step - slope * q for step, slope in zip(steps, slopes, strict=True))
-        bb, bc, cc = dot(b, b), dot(b, c), dot(c, c)
-        most = (bb + cc) / 2 + np.hypot((bb - cc) / 2, bc)
-        angle = np.arctan2(2 * bc, bb - cc) / 2
-        ways = np.stack((np.cos(angle), np.sin(angle)))
-        square = dot(a, a) / most
-        real = -dot(a, ways[0] * b + ways[1] * c) / most
-        imaginary = np.sqrt(np.maximum(square - real**2, 0.0))
-        one = np.stack((*ways, real, imaginary, np.sqrt(most / bb), np.sqrt(most / cc)))
-        closer = square < radius**2
-        radius = np.where(closer, np.sqrt(square), radius)
-        found = np.where(closer, one, found)
-    if lit and plane is not None:
-        radius = np.where(dot(plane[0], position + lens.origin - plane[1]) > 0, radius, np.inf)
-    return Poles(radius, found[:2], found[2], found[3], found[4:])
+def _longest(b: Floats, c: Floats) -> Floats:
+    """The largest square (n,) of b cos + c sin (3, n)."""
+    bb, cc = dot(b, b), dot(c, c)
+    return np.asarray((bb + cc) / 2 + np.hypot((bb - cc) / 2, dot(b, c)))
