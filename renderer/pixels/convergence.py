@@ -128,21 +128,21 @@ class Convergence:
             found[k] = np.minimum(found[k], poles.radius)
         return found
 
-    def beside(self, free: Callable[..., Floats], x: Floats, y: Floats, region: Ints) -> tuple[Floats, Ints]:
+    def beside(self, shade: Callable[..., Floats], x: Floats, y: Floats, region: Ints) -> tuple[Floats, Ints]:
         """Of pixels about image points: how bright they may be somewhere (n,), and cells (2, n) across and down that
         they need.
 
         Parameters
         ----------
-        free : callable
-            From image points and their regions to unshadowed radiance (c, n).
+        shade : callable
+            From image points and their regions to radiance (c, n).
         """
         most, cells = np.zeros(x.size), np.ones((2, x.size))
         for k, poles in self._poles(x, y, region):
             ways, real, imaginary = poles.along()
             along = np.clip(real + PEAK[:, None] * imaginary, -0.5, 0.5)
             u, v = x[k] + ways[0] * along, y[k] + ways[1] * along
-            value = free(u.ravel(), v.ravel(), np.tile(region[k], PEAK.size))
+            value = shade(u.ravel(), v.ravel(), np.tile(region[k], PEAK.size))
             size = np.sqrt((value**2).sum(axis=0)).reshape(along.shape).max(axis=0)
             most[k] = np.maximum(most[k], size)
             least = np.hypot(imaginary, np.maximum(np.abs(real) - 0.5, 0.0))  # from within the pixel

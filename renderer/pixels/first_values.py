@@ -121,7 +121,7 @@ def first_values(
     if reach is not None:
         told = np.append(reach.pixel.ravel()[pixel], reach.piece[part])
         told[lone] /= 2  # of what is told from one side
-        _beside(items, np.flatnonzero(told < 1), partial(shade.free, regions, lights), convergence)
+        _beside(items, np.flatnonzero(told < 1), shade, convergence)
     np.copyto(image, 0.0, where=cut)
     lit = found.piece * pieces.area
     square = float(np.einsum("chw,chw->", image, image)) + float(np.einsum("ck,ck->", lit, lit))
@@ -150,9 +150,9 @@ def _reach(convergence: Convergence, region: Ints, pieces: Pieces) -> Reach | No
     return Reach(reach, convergence.radius(pieces.x, pieces.y, pieces.region))
 
 
-def _beside(items: Items, close: Ints, free: Shade, convergence: Convergence) -> None:
+def _beside(items: Items, close: Ints, shade: Shade, convergence: Convergence) -> None:
     """Estimates of items (k,) so close to a light that a highlight fits in their pixels."""
-    most, cells = convergence.beside(free, items.x[close], items.y[close], items.region[close])
+    most, cells = convergence.beside(shade, items.x[close], items.y[close], items.region[close])
     shadowed = items.lost[close] > 0
     lost = UNSEEN * most * items.area[close]
     items.lost[close] = np.maximum(items.lost[close], lost)
