@@ -6,6 +6,9 @@ that an edge or the image's border crosses every region stands for itself: what 
 included, is filled from the nearest 4 x 4 nodes of that region, from one side if it must be, once the point where
 that is worst is evaluated and found where it was expected. Any other square is divided.
 
+Nothing follows from nodes farther apart than radiance's Taylor series converges (see `convergence`): they tell nothing
+of such pixels, whatever their differences are.
+
 What is evaluated goes in few large calls: the nodes of a step together with what is tried there, since where both are
 is known before.
 """
@@ -20,7 +23,7 @@ import numpy as np
 from nusselt.renderer.vectors import Bools, Floats, Ints
 
 from .error_budget import SQUARES, Budget
-from .filling import Evaluate, Filled, Filling, Parts
+from .filling import Evaluate, Filled, Filling, Parts, Reach, first_step
 from .moments import Pieces
 
 
@@ -69,6 +72,7 @@ def fill(
     alone: Bools,
     price: Price = CENTRE,
     channels: int = 3,
+    reach: Reach | None = None,
 ) -> Filled:
     """Radiance at all centres whose region is at least 0, and of all pieces.
 
@@ -86,8 +90,10 @@ def fill(
         Of values.
     channels : int
         Of radiance.
+    reach : Reach, optional
+        Boundless where it is not given.
     """
-    work = Filling(region, parts, evaluate, alone, channels, price.nodes)
+    work = Filling(region, parts, evaluate, alone, channels, first_step(region, price.nodes), reach)
     budget, step = None, work.step
     while step >= 2 and (budget is None or work.left > price.few):
         plan = work.planned(step)

@@ -61,6 +61,14 @@ class Parts:
     asked: Bools
 
 
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """How far apart values may be, in pixels, to tell of a pixel (h, w), and of a piece (n,)."""
+
+    pixel: Floats
+    piece: Floats
+
+
 @dataclass(frozen=True)
 class Plan:
     """Squares to be interpolated from a lattice, and what is to be tried of others."""
@@ -76,29 +84,47 @@ class Filling:
     ``known`` are pixels that need nothing more; see `fill`.
     """
 
-    def __init__(self, region: Ints, parts: Parts, evaluate: Evaluate, alone: Bools, channels: int, nodes: int) -> None:
-        pieces, self.own = parts.pieces, parts.alone
-        self.shape, self.pieces, self.evaluate = region.shape, pieces, evaluate
-        self.step = 2
-        while self.step * 2 * nodes <= min(region.shape):
-            self.step *= 2
+    def __init__(
+        self,
+        region: Ints,
+        parts: Parts,
+        evaluate: Evaluate,
+        alone: Bools,
+        channels: int,
+        step: int,
+        reach: Reach | None,
+    ) -> None:
+        pieces, self.alone = parts.pieces, parts.alone
+        self.shape, self.pieces, self.evaluate, self.step = region.shape, pieces, evaluate, step
         room = [(0, -size % self.step) for size in region.shape]
         self.kinds, dense = _dense(region, pieces.region)
         self.region = np.pad(dense[0], room, constant_values=-1)
         self.of_piece = dense[1]
-        self.usable = np.where(np.pad(alone, room), -1, self.region) if alone.any() else self.region
+        self.apart = np.where(np.pad(alone, room), -1, self.region) if alone.any() else self.region
+        self.reach = reach if reach is None else Reach(np.pad(reach.pixel, room), reach.piece)
         self.value = np.full((channels, *self.region.shape), np.nan)
         self.known = self.region < 0
         self.bound = np.zeros(self.region.shape, dtype=np.float32)
         self.piece = np.full((channels, pieces.cell.size), np.nan)
         self.piece_bound = np.zeros(pieces.cell.size)
         self.waits = ~parts.asked
-        low, high = self.usable, self.region
+        low, high = self.apart, self.region
         self.extent = {}
         size = 1
         while size < self.step:
             low, high, size = _halved(low, np.minimum), _halved(high, np.maximum), 2 * size
-            self.extent[size] = low, high
+            self.extent[size] = low if reach is None else self._least(size), high
+
+    def usable(self, step: int) -> Ints:
+        """Regions of pixels, -1 for those that centres ``step`` apart tell nothing of."""
+        return self.apart if self.reach is None else np.where(self.reach.pixel < step, -1, self.apart)
+
+    def _least(self, step: int) -> Ints:
+        """The least of them in each square."""
+        low = self.usable(step)
+        for _ in range(step.bit_length() - 1):
+            low = _halved(low, np.minimum)
+        return np.asarray(low)
 
     def finished(self) -> Filled:
         h, w = self.shape
@@ -133,7 +159,7 @@ class Filling:
 
     def planned(self, step: int) -> Plan:
         """What may be interpolated from the centres ``step`` apart, once those are known."""
-        lattice = Lattice(self.value[:, ::step, ::step], self.usable[::step, ::step], step)
+        lattice = Lattice(self.value[:, ::step, ::step], self.usable(step)[::step, ::step], step)
         squares = self._squares(lattice)
         members = self._members(step, squares)
         groups = lattice.spoken_for(members.groups, False)
@@ -204,14 +230,15 @@ class Filling:
         piece_key = np.full(of_piece.size, -1)
         piece_key[mine] = of_piece[mine] * self.kinds + self.of_piece[mine]
         here = Groups.of(number[row, column], row, column)
-        region, known, usable = (self._blocks(v, here, step) for v in (self.region, self.known, self.usable))
+        region, known, usable = (self._blocks(v, here, step) for v in (self.region, self.known, self.usable(step)))
         key = np.arange(row.size)[:, None, None] * self.kinds + region
         present = np.zeros(row.size * self.kinds, dtype=bool)
         waiting = np.flatnonzero(self.waits & (of_piece >= 0))
         present[key[~known]] = True
         present[piece_key[waiting]] = True
         present[key[usable != region]] = False
-        present[piece_key[self.own & (of_piece >= 0)]] = False
+        alone = self.alone if self.reach is None else self.alone | (self.reach.piece < step)
+        present[piece_key[alone & (of_piece >= 0)]] = False
         group = np.flatnonzero(present)
         place = np.full(present.size, -1)
         place[group] = np.arange(group.size)
@@ -223,6 +250,14 @@ class Filling:
         """(k, step, step) of an image's squares."""
         h, w = array.shape
         return array.reshape(h // step, step, w // step, step)[groups.row, :, groups.column]
+
+
+def first_step(region: Ints, nodes: int) -> int:
+    """Pixels between centres that are so many at least across an image (h, w), or two."""
+    step = 2
+    while step * 2 * nodes <= min(region.shape):
+        step *= 2
+    return step
 
 
 def _halved(array: Any, take: np.ufunc) -> Any:

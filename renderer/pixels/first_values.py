@@ -13,9 +13,10 @@ from nusselt.renderer.needs import Needs
 from nusselt.renderer.vectors import Bools, Floats, Ints, distinct
 from nusselt.renderer.visibility.segments import small_triangles
 
+from .convergence import Convergence
 from .doubt_squares import doubtful_places
 from .fill import BARE, DEAR, SHADOWED, Price, fill
-from .filling import Parts
+from .filling import Parts, Reach, first_step
 from .first_estimates import Known, first_estimates, means, summed
 from .interpolation import WITHIN, error_bound
 from .moments import Pieces
@@ -52,6 +53,7 @@ class First:
         And pieces that are not.
     square, settled : float
         Sum of all squared radiance; and of the squared errors allowed to what is not refined.
+    convergence : Convergence
     """
 
     items: Items
@@ -61,17 +63,18 @@ class First:
     piece: Floats
     square: float
     settled: float
+    convergence: Convergence
 
 
 def first_values(
-    regions: Regions, palette: Palette, shown: Shown, shade: Shader, tolerance: float, needs: Needs
+    regions: Regions, palette: Palette, shown: Shown, shade: Shader, tolerance: float, needs: Needs, lights: Needs
 ) -> First:
     """Values of all pixels and pieces: interpolated where that is within the tolerance, or from one point each.
 
     Parameters
     ----------
-    needs : Needs
-        Of the light that can be blocked.
+    needs, lights : Needs
+        Of the light that can be blocked, and of all.
     """
     width = shown.region.shape[1]
     surface = surface_of(shown.region, regions.surfaces)
@@ -100,17 +103,26 @@ def first_values(
         return price.share * tolerance * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
 
     channels = 3 if palette.tint is None else 1
-    found = fill(region, Parts(pieces, own, own | rough), evaluate, allowed, alone, price, channels)
+    convergence = Convergence.of(regions, lights.sources, first_step(region, price.nodes))
+    reach = _reach(convergence, region, pieces)
+    found = fill(region, Parts(pieces, own, own | rough), evaluate, allowed, alone, price, channels, reach)
     known = Known.of(found.value, region, pieces, found.piece)
     # What others tell nothing of tells nothing of its neighbours.
-    image = means(found.value, np.where(alone, EDGE, region) if alone.any() else region)
+    apart = alone if reach is None else alone | (reach.pixel < 1)
+    image = means(found.value, np.where(apart, EDGE, region) if apart.any() else region)
     cut = region == EDGE
     pixel, part = np.flatnonzero(~cut & (found.bound == 0)), np.flatnonzero(found.piece_bound == 0)
     value = np.hstack((image.reshape(channels, -1)[:, pixel], found.piece[:, part]))
     items = Items.of(pixel, region.ravel()[pixel], pieces.take(part), value, width)
     unsure = np.concatenate((alone.ravel()[pixel], own[part]))
     free = partial(shade.free, regions, needs)
-    _estimate(items, free, known, unsure, np.append(np.zeros(pixel.size, dtype=bool), rough[part]), _may_end(needs))
+    lone = _estimate(
+        items, free, known, unsure, np.append(np.zeros(pixel.size, dtype=bool), rough[part]), _may_end(needs)
+    )
+    if reach is not None:
+        told = np.append(reach.pixel.ravel()[pixel], reach.piece[part])
+        told[lone] /= 2  # of what is told from one side
+        _beside(items, np.flatnonzero(told < 1), shade, convergence)
     np.copyto(image, 0.0, where=cut)
     lit = found.piece * pieces.area
     square = float(np.einsum("chw,chw->", image, image)) + float(np.einsum("ck,ck->", lit, lit))
@@ -122,11 +134,31 @@ def first_values(
         fitted = small.items(regions, needs, shade, (FITTED * tolerance, square))
         of_pieces = np.flatnonzero(~fitted.whole)
         settled += shares_error(fitted.pixel[of_pieces], fitted.value[:, of_pieces], shown.sampled)
-        square += float(((fitted.value * fitted.area) ** 2).sum())
+        square += fitted.square
         items = Items.joined(items, fitted)
     image.reshape(channels, -1)[:, pixel] = 0
     done = np.flatnonzero(found.piece_bound > 0)
-    return First(items, image, surface, pieces.take(done), found.piece[:, done], square, settled)
+    return First(items, image, surface, pieces.take(done), found.piece[:, done], square, settled, convergence)
+
+
+def _reach(convergence: Convergence, region: Ints, pieces: Pieces) -> Reach | None:
+    """How far values tell of pixels (h, w) and pieces; None if far enough everywhere."""
+    if not convergence.near:
+        return None
+    reach, lit = np.full(region.shape, np.inf), np.flatnonzero(region >= 0)
+    row, column = np.divmod(lit, region.shape[1])
+    reach.reshape(-1)[lit] = convergence.radius(column + 0.5, row + 0.5, region.ravel()[lit])
+    return Reach(reach, convergence.radius(pieces.x, pieces.y, pieces.region))
+
+
+def _beside(items: Items, close: Ints, shade: Shade, convergence: Convergence) -> None:
+    """Estimates of items (k,) so close to a light that a highlight fits in their pixels."""
+    most, cells = convergence.beside(shade, items.x[close], items.y[close], items.region[close])
+    shadowed = items.lost[close] > 0
+    lost = UNSEEN * most * items.area[close]
+    items.lost[close] = np.maximum(items.lost[close], lost)
+    items.estimate[close] = np.maximum(items.estimate[close], lost)
+    items.most[:, close] = np.where(shadowed, items.most[:, close], cells)
 
 
 def _price(regions: Regions, needs: Needs) -> Price:
@@ -148,8 +180,8 @@ def _may_end(needs: Needs) -> bool:
     return any(not source.blockers.none or source.light.without_rim() != source.light for source in needs.sources)
 
 
-def _estimate(items: Items, free: Shade, known: Known, unsure: Bools, rough: Bools, may_end: bool) -> None:
-    """Estimates of the items' errors; see `refine` for the rules."""
+def _estimate(items: Items, free: Shade, known: Known, unsure: Bools, rough: Bools, may_end: bool) -> Ints:
+    """Estimates of the items' errors, see `refine` for the rules; returns the items whose surroundings are broken."""
     estimate = np.full(items.pixel.size, np.inf)
     pixel = items.pixel[items.whole]
     estimate[: pixel.size] = error_bound(known.centre, known.region, WITHIN, pixel)
@@ -166,6 +198,7 @@ def _estimate(items: Items, free: Shade, known: Known, unsure: Bools, rough: Boo
     items.estimate[:] = np.where(unsure, np.maximum(estimate, UNSEEN * most), estimate) * items.area
     items.dark[:] = (size < DEEP * most) & (items.estimate < UNSEEN * most)
     items.lost[:] = np.where(unsure, UNSEEN * most, 0.0) * items.area
+    return lone
 
 
 def _junction(every: Pieces, mine: Ints, label: Ints) -> Bools:

@@ -13,6 +13,7 @@ a cell where the two differ has lost an edge, and is reported.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import TypeAlias
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from nusselt.renderer.vectors import Floats, Ints, distinct
 from .edge_fragments import Bits, expand
 from .regions import Regions
 
+Grid: TypeAlias = tuple[int, int]
+"""Cells in a pixel, across and down."""
+PIXEL: Grid = (1, 1)
 LEAST = 2e-6
 """Areas, in cells, below which a piece is dropped; the others share what it had."""
 AGREE = 2e-5
@@ -121,7 +125,7 @@ class Borders:
     seen: Ints
 
     @classmethod
-    def of(cls, edges: Edges, width: int, scale: int, regions: Regions) -> Borders:
+    def of(cls, edges: Edges, width: int, scale: Grid, regions: Regions) -> Borders:
         """See `pieces_of`."""
         bits, cells = edges.bits, distinct(edges.bits.cell)
         names = _beside(cells, width)
@@ -139,7 +143,7 @@ class Borders:
         kept = np.flatnonzero((who[1:] == who[:-1]) & (y[1:] - y[:-1] > 1e-9))
         who, low, high = who[kept], y[kept], y[kept + 1]
         row, column = np.divmod(borders[who], width + 1)
-        seen = regions.seen(column / scale, (row + (low + high) / 2) / scale)
+        seen = regions.seen(column / scale[0], (row + (low + high) / 2) / scale[1])
         which = np.searchsorted(borders, names)
         count = np.bincount(who, minlength=borders.size)
         return cls(cells, (np.cumsum(count) - count)[which], count[which], low, high, seen)
@@ -155,20 +159,20 @@ def _beside(cells: Ints, width: int) -> Ints:
     return np.asarray(cells + cells // width + np.array([[0], [1]]))
 
 
-def pieces_of(edges: Edges, width: int, scale: int, regions: Regions) -> tuple[Pieces, Ints]:
+def pieces_of(edges: Edges, width: int, scale: Grid, regions: Regions) -> tuple[Pieces, Ints]:
     """Pieces of all cells that hold a visible bit, and the cells whose books do not balance.
 
     Parameters
     ----------
     width : int
         Cells in a row.
-    scale : int
-        Cells in a pixel's side.
+    scale : Grid
+        Cells in a pixel, across and down.
     """
     return pieces_between(Borders.of(edges, width, scale, regions), edges, width, scale)
 
 
-def pieces_between(borders: Borders, edges: Edges, width: int, scale: int) -> tuple[Pieces, Ints]:
+def pieces_between(borders: Borders, edges: Edges, width: int, scale: Grid) -> tuple[Pieces, Ints]:
     """The same, with the cells' borders known."""
     bits, cells = edges.bits, borders.cells
     row, column = np.divmod(bits.cell, width)
@@ -195,8 +199,8 @@ def pieces_between(borders: Borders, edges: Edges, width: int, scale: int) -> tu
     cell_of, region_of = pair // base, pair % base - 1
     area, x, y, xx, xy, yy, balance = total
     curved = np.zeros(cells.size)
-    np.maximum.at(curved, owner, bits.reach)
-    wrong = (np.abs(balance) > AGREE + 4 * curved[cell_of] * scale) | (area < -1e-6 - curved[cell_of] * scale)
+    np.maximum.at(curved, owner, bits.reach * max(scale))
+    wrong = (np.abs(balance) > AGREE + 4 * curved[cell_of]) | (area < -1e-6 - curved[cell_of])
     bad = cells[distinct(cell_of[wrong])]
     kept = np.flatnonzero(area > LEAST)
     cell, area = cells[cell_of[kept]], area[kept]

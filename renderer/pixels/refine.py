@@ -11,6 +11,8 @@ the Laplacian over 24 of its neighbours (exact for a cubic one). Estimates of wh
   that stands on a floor: its shadow has no width there; small faces of one body are one), where the piece is not
   seen at its centroid, or where its cell could not be cut exactly.
 - on small faces what `shadow_fits` measures.
+- in a pixel beside a light (see `convergence`): a quarter of what it may show somewhere at least, and so on the finer
+  grids around each point that is as near for its cell. The grids are as many cells across and down as it takes.
 
 A value of another pixel that was itself extrapolated from the item's own proves nothing and is passed over; nor do
 dark values among themselves, deep in a penumbra: such items are evaluated on the next grid whatever their estimate.
@@ -35,16 +37,20 @@ from numpy.typing import NDArray
 from nusselt.renderer.vectors import Floats, Ints, distinct
 
 from .edge_fragments import Bits, cut_at_grid
-from .moments import Edges, Pieces, pieces_of
+from .moments import Edges, Grid, Pieces, pieces_of
 from .regions import Regions
 from .shade import Shader
 
 Doubt = Callable[[Floats, Floats, Ints, float], NDArray[np.bool_]]
 """From image points (n,), their regions and a width in pixels to where a shadow fits in that (see `doubt`)."""
+Budget = Callable[[float], float]
+"""From the items' `Items.square`, as far as known, to the sum of squared errors they may have."""
 UNSEEN = 0.25
 """Of the unshadowed radiance, that a shadow which fits in a pixel may be worth."""
-GRIDS = (1, 2, 4, 8, 16)
-"""Cells in a pixel's side, level by level."""
+FINEST = 16
+"""Cells in a pixel's side, at most, where no light is near."""
+PANEL = 16
+"""Nodes of a Gauss-Legendre rule; more of them are several rules side by side."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +90,9 @@ class Items:
     estimate : (n,) float64
         Of its error (norm over the channels) times its area.
     level : (n,) int64
-        Into GRIDS.
+        How often its pixel's sides were halved.
+    most : (2, n) int64
+        Cells across and down that it is divided into at most.
     whole : (n,) bool
     dark : (n,) bool
         Whether it is to be evaluated at more points whatever its estimate: too dark for what is around it to tell.
@@ -101,6 +109,7 @@ class Items:
     value: Floats
     estimate: Floats
     level: Ints
+    most: Ints
     whole: NDArray[np.bool_]
     dark: NDArray[np.bool_]
     lost: Floats
@@ -119,10 +128,16 @@ class Items:
             value=value,
             estimate=np.zeros(whole.size),
             level=np.zeros(whole.size, dtype=np.int64),
+            most=np.full((2, whole.size), FINEST),
             whole=whole,
             dark=np.zeros(whole.size, dtype=bool),
             lost=np.zeros(whole.size),
         )
+
+    @property
+    def square(self) -> float:
+        """Sum of their squared radiance, as far as it is known."""
+        return float(np.einsum("cn,cn->n", self.value, self.value) @ self.area**2)
 
     @classmethod
     def joined(cls, *parts: Items) -> Items:
@@ -146,17 +161,18 @@ class Nodes:
 
 
 def refine(
-    items: Items, edges: Edges, regions: Regions, shade: Shader, budget: float, jumps: bool, doubt: Doubt
+    items: Items, edges: Edges, regions: Regions, shade: Shader, budget: Budget, jumps: bool, doubt: Doubt
 ) -> float:
-    """Refine items in place until the sum of squared estimates is below ``budget``; returns that sum."""
+    """Refine items in place until the sum of squared estimates is below their budget; returns that sum."""
     rule = JUMPS if jumps else SMOOTH
     if jumps:
         items.estimate *= 2
         items.lost[:] = 0
-    chosen = distinct(np.append(_worst(items, budget / 2), np.flatnonzero(items.dark)))
+    chosen = distinct(np.append(_worst(items, budget(items.square) / 2), np.flatnonzero(items.dark)))
     while chosen.size:
         _evaluate(items, chosen, edges, regions, shade, rule, doubt)
-        chosen = _worst(items, budget / 2) if _left(items) > budget else chosen[:0]
+        allowed = budget(items.square)
+        chosen = _worst(items, allowed / 2) if _left(items) > allowed else chosen[:0]
     return _left(items)
 
 
@@ -166,7 +182,7 @@ def _left(items: Items) -> float:
 
 def _worst(items: Items, budget: float) -> Ints:
     """The fewest items, of those that can be refined, that bring the others below the budget."""
-    some = np.flatnonzero((items.level < len(GRIDS) - 1) & (items.estimate > 0))
+    some = np.flatnonzero((2**items.level < items.most.max(axis=0)) & (items.estimate > 0))
     square = items.estimate[some] ** 2
     order = np.argsort(square, kind="stable")
     kept = int(np.searchsorted(np.cumsum(square[order]), budget, side="right"))
@@ -197,10 +213,15 @@ def _evaluate(
 
 
 def _nodes(items: Items, chosen: Ints, level: int, edges: Edges, regions: Regions) -> list[Nodes]:
-    whole = items.whole[chosen]
-    parts, pieces = [_gauss(items, chosen[whole], GRIDS[level])], chosen[~whole]
-    if pieces.size:
-        parts += [_matched(items, pieces)] if level == 1 else _subdivided(items, pieces, GRIDS[level], edges, regions)
+    parts: list[Nodes] = []
+    cells = np.minimum(items.most[:, chosen], 2**level)
+    key = cells[0] << 32 | cells[1]
+    for one in distinct(key).tolist():
+        grid, mine = (one >> 32, one & 0xFFFFFFFF), chosen[key == one]
+        whole = items.whole[mine]
+        parts, pieces = [*parts, _gauss(items, mine[whole], grid)], mine[~whole]
+        if pieces.size:
+            parts += [_matched(items, pieces)] if level == 1 else _subdivided(items, pieces, grid, edges, regions)
     return parts
 
 
@@ -219,19 +240,27 @@ def _doubted(nodes: Nodes, items: Items, doubt: Doubt) -> Floats:
     for now in distinct(level).tolist():
         k = np.flatnonzero(level == now)
         node = mine[k]
-        still[k] = doubt(nodes.x[node], nodes.y[node], items.region[nodes.item[node]], 1 / GRIDS[now])
+        still[k] = doubt(nodes.x[node], nodes.y[node], items.region[nodes.item[node]], 0.5**now)
     k, count = mine[still], items.pixel.size
     weight = np.bincount(nodes.item, nodes.weight, count)
     return np.sqrt(np.bincount(nodes.item[k], nodes.weight[k] ** 2, count)) / np.maximum(weight, 1e-300)
 
 
-def _gauss(items: Items, chosen: Ints, grid: int) -> Nodes:
+def _gauss(items: Items, chosen: Ints, grid: Grid) -> Nodes:
     """Gauss-Legendre over whole pixels."""
-    node, weight = np.polynomial.legendre.leggauss(grid)
-    node, weight = node / 2, weight / 2
-    x, y = items.x[chosen][:, None] + np.tile(node, grid), items.y[chosen][:, None] + np.repeat(node, grid)
-    share = np.broadcast_to(np.tile(weight, grid) * np.repeat(weight, grid), x.shape)
-    return Nodes(np.repeat(chosen, grid * grid), x.ravel(), y.ravel(), share.ravel())
+    (across, wide), (down, high) = (_rule(cells) for cells in grid)
+    x = items.x[chosen][:, None] + np.tile(across, down.size)
+    y = items.y[chosen][:, None] + np.repeat(down, across.size)
+    share = np.broadcast_to(np.tile(wide, down.size) * np.repeat(high, across.size), x.shape)
+    return Nodes(np.repeat(chosen, x.shape[1]), x.ravel(), y.ravel(), share.ravel())
+
+
+def _rule(count: int) -> tuple[Floats, Floats]:
+    """So many places (count,) on a side of length 1 about its middle, and weights."""
+    panels = max(count // PANEL, 1)
+    node, weight = np.polynomial.legendre.leggauss(count // panels)
+    middle = (np.arange(panels) + 0.5) / panels - 0.5
+    return (middle[:, None] + node / (2 * panels)).ravel(), np.tile(weight / (2 * panels), panels)
 
 
 def _matched(items: Items, chosen: Ints) -> Nodes:
@@ -247,40 +276,41 @@ def _matched(items: Items, chosen: Ints) -> Nodes:
     return Nodes(np.repeat(chosen, 3), x.ravel(), y.ravel(), np.full(3 * chosen.size, 1 / 3))
 
 
-def _subdivided(items: Items, chosen: Ints, grid: int, edges: Edges, regions: Regions) -> list[Nodes]:
+def _subdivided(items: Items, chosen: Ints, grid: Grid, edges: Edges, regions: Regions) -> list[Nodes]:
     """The same exact moments on a grid inside the pixels; cells that cannot be cut are taken at their centre."""
-    width = regions.lens.width
+    width, (across, down) = regions.lens.width, grid
     pixels = distinct(items.pixel[chosen])
     mine = np.flatnonzero(np.isin(edges.bits.cell, pixels))
     fine = _finer(edges, mine, grid, regions)
-    pieces, bad = pieces_of(fine, width * grid, grid, regions)
+    pieces, bad = pieces_of(fine, width * across, grid, regions)
     good = ~np.isin(pieces.cell, bad)
     row, column = np.divmod(pixels, width)
-    i, j = np.divmod(np.arange(grid * grid), grid)
-    every = ((row[:, None] * grid + i) * (width * grid) + column[:, None] * grid + j).ravel()
+    i, j = np.divmod(np.arange(across * down), across)
+    every = ((row[:, None] * down + i) * (width * across) + column[:, None] * across + j).ravel()
     plain = every[~np.isin(every, pieces.cell[good])]
-    y, x = (np.array(np.divmod(plain, width * grid)) + 0.5) / grid
+    below, beside = np.divmod(plain, width * across)
+    x, y = (beside + 0.5) / across, (below + 0.5) / down
     parts = [
-        (pieces.cell[good], pieces.x[good] / grid, pieces.y[good] / grid, pieces.region[good], pieces.area[good]),
+        (pieces.cell[good], pieces.x[good] / across, pieces.y[good] / down, pieces.region[good], pieces.area[good]),
         (plain, x, y, regions.seen(x, y), np.ones(plain.size)),
     ]
     return [_owned(items, chosen, width, grid, *part) for part in parts]
 
 
-def _finer(edges: Edges, mine: Ints, grid: int, regions: Regions) -> Edges:
-    bits = edges.bits.take(mine)
-    scaled = Bits(bits.start * grid, bits.end * grid, bits.cell, bits.reach)
-    cut, parent = cut_at_grid(scaled, regions.lens.width * grid, regions.lens.height * grid)
+def _finer(edges: Edges, mine: Ints, grid: Grid, regions: Regions) -> Edges:
+    bits, scale = edges.bits.take(mine), np.array(grid)[:, None]
+    scaled = Bits(bits.start * scale, bits.end * scale, bits.cell, bits.reach)
+    cut, parent = cut_at_grid(scaled, regions.lens.width * grid[0], regions.lens.height * grid[1])
     return Edges(cut, edges.left[mine][parent], edges.right[mine][parent])
 
 
 def _owned(
-    items: Items, chosen: Ints, width: int, grid: int, cell: Ints, x: Floats, y: Floats, region: Ints, area: Floats
+    items: Items, chosen: Ints, width: int, grid: Grid, cell: Ints, x: Floats, y: Floats, region: Ints, area: Floats
 ) -> Nodes:
     """Nodes of the chosen items among points found in cells."""
-    row, column = np.divmod(cell, width * grid)
+    row, column = np.divmod(cell, width * grid[0])
     base = int(max(items.region.max(initial=0), region.max(initial=0))) + 2
-    key = ((row // grid) * width + column // grid) * base + region + 1
+    key = ((row // grid[1]) * width + column // grid[0]) * base + region + 1
     own = items.pixel[chosen] * base + items.region[chosen] + 1
     order = np.argsort(own, kind="stable")
     place = np.minimum(np.searchsorted(own[order], key), own.size - 1)

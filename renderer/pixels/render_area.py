@@ -102,17 +102,21 @@ def render_area(
     shade = Shader(Work(scene, digest, estimator, everything, tolerance), executor, palette)
     shown = shown_by(regions, tolerance)
     shadows = Needs((), ()) if estimator.claim(needs) == "biased" else needs  # who leaves them out has none
-    first = first_values(regions, palette, shown, shade, tolerance, shadows)
+    first = first_values(regions, palette, shown, shade, tolerance, shadows, needs)
     jumps = any(not source.has_extent and not source.blockers.none for source in needs.sources)
-    budget = (ROOM * tolerance) ** 2 * first.square
-    budget = max(budget - first.settled, budget / 4)  # what cannot be mended is said, and the rest done
+    others = first.square - first.items.square
+
+    def budget(square: float) -> float:
+        all_ = (ROOM * tolerance) ** 2 * (others + square)
+        return max(all_ - first.settled, all_ / 4)  # what cannot be mended is said, and the rest done
 
     def doubt(x: Floats, y: Floats, region: Ints, size: float) -> Bools:
-        return doubtful(regions, shadows.sources, x, y, region, size)
+        return doubtful(regions, shadows.sources, x, y, region, size) | (first.convergence.radius(x, y, region) < size)
 
     rest = first.settled + refine(first.items, shown.edges, regions, shade, budget, jumps, doubt)
     image = _assemble(scene, regions, palette, shown, first, needs.left_out)
-    square = max(first.square, sums_over(image.mean, image.shaded)[1])  # what was first found may be nothing
+    # What was first found may be nothing.
+    square = max(others + first.items.square, sums_over(image.mean, image.shaded)[1])
     error = min(math.sqrt(rest / square), 1.0) if square > 0 else float(rest > 0)
     parts = int(shown.pieces.cell.size)
     return AreaImage(image, error, tolerance, shade.evaluations, parts, int(shown.sampled.pixel.size))

@@ -12,7 +12,7 @@ from .candidate_edges import SIDE, find_lines, searched
 from .edge_fragments import Bits, bits_of, cut_at_crossings, thinned
 from .folds import Folds, folds_of
 from .interpolation import shifted
-from .moments import Borders, Edges, Pieces, pieces_between, visible_edges
+from .moments import PIXEL, Borders, Edges, Pieces, pieces_between, visible_edges
 from .regions import Regions
 from .sampled import HALF_PLANE, Sampled, rays_in, resampled
 from .visible_folds import away_from, visible_folds
@@ -58,12 +58,12 @@ def shown_by(regions: Regions, tolerance: float) -> Shown:
     geometry, faces, width, height = regions.geometry, regions.faces, regions.lens.width, regions.lens.height
     folds = folds_of(geometry, faces, regions.lens, regions.creased[:, : faces.count], regions.far)
     edges, broken, crowded = _edges(regions, folds)
-    borders = Borders.of(edges, width, 1, regions)
-    pieces, bad = pieces_between(borders, edges, width, 1)
+    borders = Borders.of(edges, width, PIXEL, regions)
+    pieces, bad = pieces_between(borders, edges, width, PIXEL)
     if bad.size and folds.edge.size:
         edges, broken, crowded = _edges(regions, away_from(folds, bad, regions))
-        borders = Borders.of(edges, width, 1, regions)
-        pieces, bad = pieces_between(borders, edges, width, 1)
+        borders = Borders.of(edges, width, PIXEL, regions)
+        pieces, bad = pieces_between(borders, edges, width, PIXEL)
     crossed = distinct(np.append(borders.cells, crowded))
     sure = searched(geometry, faces) and not bad.size
     region = _whole_regions(regions, crossed, borders if sure else None)
