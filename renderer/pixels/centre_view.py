@@ -10,6 +10,7 @@ from nusselt.renderer.camera.first_hits import Seen, hits_at, nearest_surfaces, 
 from nusselt.renderer.camera.rays import pixel_centres, primary_directions
 from nusselt.renderer.camera.view import shading_points_seen
 from nusselt.renderer.geometry.arrays import Geometry
+from nusselt.renderer.geometry.ragged import take
 from nusselt.renderer.lights import around
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
@@ -56,13 +57,14 @@ class CentreView:
         eye, d = column(scene.camera.position), primary_directions(scene, x, y)
         found = nearest_surfaces(geometry, eye, d, corners)
         row = np.where(found.ellipsoid >= 0, geometry.triangles + found.ellipsoid, found.triangle)
-        row = np.where(found.disk >= 0, geometry.triangles + geometry.ellipsoids + found.disk, row)  # -1: the last
+        row = np.where(found.disk >= 0, geometry.triangles + geometry.ellipsoids + found.disk, row)
         surface, front = _sides(geometry, eye)
+        row = np.where(row < 0, surface.size, row)  # nothing comes last
         emitter, faced, sky = geometry.light[surface] >= 0, front | scene.two_sided, around(scene.lights)
         seen = np.where(front, geometry.emission[:, surface], 0.0)
-        emission = np.hstack((seen, np.zeros((3, 1)) if sky is None else sky))[:, row]
-        kinds = (np.append(kind, False)[row] for kind in (emitter, ~emitter & ~faced, ~emitter & faced))
-        return cls(scene, geometry, found, np.append(surface, -1)[row], emission, row < 0, *kinds)
+        emission = take(np.hstack((seen, np.zeros((3, 1)) if sky is None else sky)), row)
+        kinds = (take(np.append(kind, False), row) for kind in (emitter, ~emitter & ~faced, ~emitter & faced))
+        return cls(scene, geometry, found, take(np.append(surface, -1), row), emission, row == surface.size, *kinds)
 
     def points(self, index: Ints) -> ShadingPoints:
         """Shading points (k,) of pixels that reflect."""

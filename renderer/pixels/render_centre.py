@@ -90,8 +90,8 @@ def render_centre(
         centre, left = sampled_centres(region, rough, shade)
     else:
         centre, left = filled_centres(region, shade)
-    mean = np.where(np.isfinite(centre), centre, 0.0) + view.emission.reshape(3, height, width)
-    square = float((np.where(np.isfinite(centre), centre, 0.0) ** 2).sum())
+    reflected = np.where(region >= 0, centre, 0.0)
+    mean, square = reflected + view.emission.reshape(3, height, width), float((reflected**2).sum())
     error = math.sqrt(left / square) if square > 0 else 0.0
     back = int(view.back.sum())
     emitter, background = (v.reshape(height, width).astype(float) for v in (view.emitter, view.background))
