@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -141,7 +142,8 @@ def test_edges_that_something_touches_are_no_folds(monkeypatch):
     """The planted defect: nothing touches anything. What is seen then changes where no line was known to be met."""
     regions = regions_in("through each other")
     truth, some = asked_bit_by_bit(monkeypatch, regions), folds_in(regions).edge.size
-    free = folds_module.Contacts(np.zeros(regions.faces.start.shape[1], dtype=bool), False)
+    found = contacts(regions.geometry, regions.faces)
+    free = replace(found, touched=np.zeros_like(found.touched))
     monkeypatch.setattr(folds_module, "contacts", lambda geometry, faces: free)
     assert folds_in(regions).edge.size > some
     edges, _, _ = whole_pixels._edges(regions, folds_in(regions))
