@@ -130,7 +130,7 @@ class Regions:
         """Triangles (t,) that closed bodies hide by themselves; looked for where there are many."""
         if self.geometry.triangles < MANY:
             return np.zeros(self.geometry.triangles, dtype=bool)
-        return far_sides(self.geometry, self.faces, self.lens.origin, self.pencil.planes.back)
+        return far_sides(self.geometry, self.faces, self.lens.origin, self.pencil.planes)
 
     @cached_property
     def _live(self) -> Ints:
