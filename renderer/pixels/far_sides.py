@@ -8,60 +8,35 @@ from __future__ import annotations
 
 import numpy as np
 
+from nusselt.renderer.camera.nearest import Planes
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.vectors import Bools, Floats, Ints, cross, dot
+from nusselt.renderer.vectors import Bools, Floats, cross, dot
 
 from .faces import Faces
 from .folds import contacts
 
 FLAT = 1e-6
 """Volume of a body, relative to its surface to the power 3/2, below which its outside is not told."""
+ON = 1e-4
+"""Share of all directions that a body takes less or more than none or all of, and solid angle of a triangle in whose
+plane the eye lies, above which it lies on the body."""
 
 
-def far_sides(geometry: Geometry, faces: Faces, origin: Floats, back: Bools) -> Bools:
-    """Triangles (t,) that no ray from the origin (3, 1) meets first; it lies at the ``back`` of some (t,)."""
-    first, second, odd = _sides(faces.vertex)
-    body = _bodies(first, second, geometry.triangles)
-    touched = faces.beside[:, contacts(geometry, faces).touched].ravel()
-    whole = np.ones(geometry.triangles, dtype=bool)
-    whole[body[odd]] = whole[body[touched[touched >= 0]]] = False
+def far_sides(geometry: Geometry, faces: Faces, origin: Floats, planes: Planes) -> Bools:
+    """Triangles (t,), of planes about an origin (3, 1), that no ray from there meets first."""
+    found = contacts(geometry, faces)
+    body, whole = found.body, found.closed
     corners = [corner - origin for corner in (geometry.a, geometry.b, geometry.c)]
-    around = np.bincount(body, _solid_angle(*corners), geometry.triangles) / (4 * np.pi)
+    angle = _solid_angle(*corners)
+    around = np.bincount(body, angle, geometry.triangles) / (4 * np.pi)
     a, b, c = (corner - corners[0][:, body] for corner in corners)  # volumes about a corner of each body
     volume = np.bincount(body, dot(a, cross(b, c)) / 6, geometry.triangles)
     surface = np.bincount(body, np.sqrt(dot(geometry.normal, geometry.normal)) / 2, geometry.triangles)
-    sure = whole & (np.abs(volume) > FLAT * surface**1.5) & (np.abs(np.abs(around) - 0.5) > 0.25)
+    sure = whole & (np.abs(volume) > FLAT * surface**1.5) & (np.abs(around - np.rint(around)) < ON)
+    sure[body[~planes.live & (np.abs(angle) > ON)]] = False
     inside = np.abs(around) > 0.5
     shows_back = (volume < 0) != inside
-    return np.asarray(sure[body] & (back != shows_back[body]))
-
-
-def _sides(vertex: Ints) -> tuple[Ints, Ints, Ints]:
-    """Of triangles' corners (3, t): pairs that share a side, run through in both directions; and those left over."""
-    a, b, c = vertex
-    start, end, owner = np.concatenate((a, b, c)), np.concatenate((b, c, a)), np.tile(np.arange(a.size), 3)
-    side = np.minimum(start, end) * (int(vertex.max(initial=0)) + 1) + np.maximum(start, end)
-    order = np.argsort(side, kind="stable")
-    side, up, owner = side[order], (start < end)[order], owner[order]
-    at = np.flatnonzero(np.diff(side, prepend=-1))
-    count = np.diff(np.append(at, side.size))
-    paired = (count == 2) & (up[at] != up[np.minimum(at + 1, up.size - 1)])
-    odd = owner[~np.repeat(paired, count)]
-    return owner[at[paired]], owner[at[paired] + 1], odd
-
-
-def _bodies(first: Ints, second: Ints, triangles: int) -> Ints:
-    """The least triangle that each is joined to by pairs (m,)."""
-    body = np.arange(triangles)
-    while True:
-        least = np.minimum(body[first], body[second])
-        before = body.copy()
-        for end in (first, second):
-            np.minimum.at(body, before[end], least)
-        while not np.array_equal(body, body[body]):
-            body = body[body]
-        if np.array_equal(body, before):
-            return body
+    return np.asarray(sure[body] & (planes.back != shows_back[body]))
 
 
 def _solid_angle(a: Floats, b: Floats, c: Floats) -> Floats:

@@ -16,6 +16,7 @@ from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.ragged import BLOCK, Cells, take
 from nusselt.renderer.vectors import Bools, Floats, Ints, cross, dot, unit
 
+from .bodies import bodies, shared_sides
 from .faces import Faces
 from .projection import Lens
 
@@ -57,13 +58,24 @@ class Folds:
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """Whether edges (s,) are touched by triangles other than the two beside them, but at their ends.
+    """Where the triangles of a scene touch each other.
 
-    ``crossed``: whether some edge may pass through a triangle.
+    Parameters
+    ----------
+    touched : (s,) bool
+        Edges that triangles touch other than the two beside them, but at their ends.
+    crossed : bool
+        Whether some edge may pass through a triangle.
+    body : (t,) int64
+        The first triangle of each triangle's body; see `bodies`.
+    closed : (t,) bool
+        Whether the body of that number is closed and touches itself nowhere.
     """
 
     touched: Bools
     crossed: bool
+    body: Ints
+    closed: Bools
 
 
 def folds_of(geometry: Geometry, faces: Faces, lens: Lens, creased: Bools, far: Bools) -> Folds:
@@ -105,20 +117,26 @@ def _apex(g: Geometry, triangle: Ints, start: Floats, end: Floats) -> Floats:
 def contacts(geometry: Geometry, faces: Faces) -> Contacts:
     """What touches the edges of a scene's faces."""
     touched, crossed = np.zeros(faces.start.shape[1], dtype=bool), False
+    first, second, odd = shared_sides(faces.vertex)
+    body, closed = bodies(first, second, geometry.triangles), np.ones(geometry.triangles, dtype=bool)
+    closed[body[odd]] = False
     slack = SLACK * max(float(np.abs(v).max(initial=0)) for v in (geometry.a, geometry.b, geometry.c))
     for pairs in _near(geometry, faces, slack):
         if pairs is None:
-            return Contacts(np.ones_like(touched), True)
+            return Contacts(np.ones_like(touched), True, body, np.zeros_like(closed))
         edge, triangle = pairs
         other = np.flatnonzero((triangle != faces.beside[0, edge]) & (triangle != faces.beside[1, edge]))
-        edge, through = _touching(geometry, faces, edge[other], triangle[other], slack)
+        edge, triangle = edge[other], triangle[other]
+        met, through = _touching(geometry, faces, edge, triangle, slack)
+        edge, own = edge[met], body[triangle[met]]
         touched[edge] = True
+        closed[own[body[faces.beside[0, edge]] == own]] = False
         crossed |= bool(through.any())
     for index in range(geometry.disks):
         normal, centre = geometry.disk_normal[:, [index]], geometry.disk_center[:, [index]]
         height = np.abs([dot(normal, at - centre) for at in (faces.start, faces.end)])
         touched |= height.max(axis=0) <= slack
-    return Contacts(touched, crossed)
+    return Contacts(touched, crossed, body, closed)
 
 
 def _near(g: Geometry, faces: Faces, slack: float) -> Iterator[tuple[Ints, Ints] | None]:
@@ -159,7 +177,7 @@ def _near(g: Geometry, faces: Faces, slack: float) -> Iterator[tuple[Ints, Ints]
 
 
 def _touching(g: Geometry, faces: Faces, edge: Ints, triangle: Ints, slack: float) -> tuple[Ints, Bools]:
-    """The edges (m,) of those pairs that touch, and whether they do not lie in the triangle's plane."""
+    """Which of those pairs touch (m,), and whether the edge does not lie in the triangle's plane."""
     start, end = take(faces.start, edge), take(faces.end, edge)
     normal, a = unit(take(g.normal, triangle)), take(g.a, triangle)
     height, rise = dot(normal, start - a), dot(normal, end - start)
@@ -173,7 +191,7 @@ def _touching(g: Geometry, faces: Faces, edge: Ints, triangle: Ints, slack: floa
         inwards = unit(cross(normal, after - corner))
         low, high = clipped(low, high, slack + dot(inwards, start - corner), dot(inwards, end - start))
     k = k[low <= high]
-    return edge[k], (np.abs(height[k]) > slack) | (np.abs(height[k] + rise[k]) > slack)
+    return k, (np.abs(height[k]) > slack) | (np.abs(height[k] + rise[k]) > slack)
 
 
 def clipped(low: Floats, high: Floats, value: Floats, slope: Floats) -> tuple[Floats, Floats]:

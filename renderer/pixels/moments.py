@@ -19,7 +19,7 @@ import numpy as np
 
 from nusselt.renderer.vectors import Floats, Ints, distinct
 
-from .edge_fragments import Bits, expand
+from .edge_fragments import Bits, expand, one_by_one
 from .regions import Regions
 
 Grid: TypeAlias = tuple[int, int]
@@ -138,7 +138,7 @@ class Borders:
                 owners.append(np.searchsorted(borders, name[on]))
                 ys.append(np.clip(end[1][on] - row[on], 0, 1))
         who, y = np.concatenate(owners), np.concatenate(ys)
-        order = np.lexsort((y, who))
+        order = one_by_one(who, y)
         who, y = who[order], y[order]
         kept = np.flatnonzero((who[1:] == who[:-1]) & (y[1:] - y[:-1] > 1e-9))
         who, low, high = who[kept], y[kept], y[kept + 1]

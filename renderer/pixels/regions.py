@@ -26,6 +26,7 @@ from nusselt.renderer.vectors import Floats, Ints, dot, unit
 from .candidate_edges import light_planes
 from .faces import Faces, find_faces
 from .far_sides import far_sides
+from .folds import SLACK
 from .projection import Lens
 
 BLOCKS = (128, 64, 32, 16)
@@ -70,11 +71,13 @@ class Regions:
         """Which plane cuts which surface, (planes, surfaces)."""
         g, found = self.geometry, np.zeros((len(self.planes), self.surfaces), dtype=bool)
         for row, (normal, point) in enumerate(self.planes):
-            height = np.stack([dot(normal, corner - point) for corner in (g.a, g.b, g.c)])
+            away = [corner - point for corner in (g.a, g.b, g.c)]
+            height = np.stack([dot(normal, corner) for corner in away])
             low, high = np.full(self.faces.count, np.inf), np.full(self.faces.count, -np.inf)
             np.minimum.at(low, self.faces.of_triangle, height.min(axis=0, initial=np.inf))
             np.maximum.at(high, self.faces.of_triangle, height.max(axis=0, initial=-np.inf))
-            found[row, : self.faces.count] = (low < 0) & (high > 0)
+            slack = SLACK * float(np.abs(away).max(initial=0))  # a light may lie in a face
+            found[row, : self.faces.count] = (low < -slack) & (high > slack)
             found[row, self.faces.count : self.surfaces - g.disks] = True  # disks do not reflect: no crease shows
         return found
 
@@ -130,7 +133,7 @@ class Regions:
         """Triangles (t,) that closed bodies hide by themselves; looked for where there are many."""
         if self.geometry.triangles < MANY:
             return np.zeros(self.geometry.triangles, dtype=bool)
-        return far_sides(self.geometry, self.faces, self.lens.origin, self.pencil.planes.back)
+        return far_sides(self.geometry, self.faces, self.lens.origin, self.pencil.planes)
 
     @cached_property
     def _live(self) -> Ints:

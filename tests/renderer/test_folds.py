@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from builders import GREY, box, floor, lamp, scene, sphere_mesh
 
 from nusselt.experiments.studies.race.scenes import bumpy_ball
 from nusselt.renderer.geometry.arrays import build_geometry
-from nusselt.renderer.lights import DiskLight
+from nusselt.renderer.lights import DiskLight, QuadLight
 from nusselt.renderer.pixels import folds as folds_module
 from nusselt.renderer.pixels import whole_pixels
 from nusselt.renderer.pixels.faces import alike, find_faces
@@ -20,6 +21,7 @@ from nusselt.renderer.pixels.shade import regions_of
 from nusselt.renderer.pixels.whole_pixels import shown_by
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
+from nusselt.renderer.vectors import dot
 
 RED = Material((0.7, 0.1, 0.1))
 SIZE = (64, 48)
@@ -141,7 +143,8 @@ def test_edges_that_something_touches_are_no_folds(monkeypatch):
     """The planted defect: nothing touches anything. What is seen then changes where no line was known to be met."""
     regions = regions_in("through each other")
     truth, some = asked_bit_by_bit(monkeypatch, regions), folds_in(regions).edge.size
-    free = folds_module.Contacts(np.zeros(regions.faces.start.shape[1], dtype=bool), False)
+    found = contacts(regions.geometry, regions.faces)
+    free = replace(found, touched=np.zeros_like(found.touched))
     monkeypatch.setattr(folds_module, "contacts", lambda geometry, faces: free)
     assert folds_in(regions).edge.size > some
     edges, _, _ = whole_pixels._edges(regions, folds_in(regions))
@@ -190,6 +193,26 @@ def test_what_is_not_bent_is_seen_at_its_centroid(name):
     assert hidden.any()
     assert not (hidden & ~shown.bent).any()
     assert shown.bent.mean() < 0.8
+
+
+def test_a_light_in_the_plane_of_a_face_creases_it_not():
+    """Rounding puts the face's corners on either side of the plane: no edge is there, and no pixel is unsure."""
+    doubted = 0
+    for angle in np.linspace(0.1, 1.5, 12):
+        c, s = math.cos(angle), math.sin(angle)
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+        corner, across, along = (tuple(turn @ at) for at in ((-0.3, 0.2, -0.1), (0.6, 0.0, 0.0), (0.0, 0.0, 0.5)))
+        sheet = Mesh(turn @ floor(1.3, 0.2).vertices, floor().triangles, GREY)
+        beyond = [ball(turn @ (0.2, y, 0.1), 0.2, 4) for y in (-0.6, 0.9)]
+        made = scene(sheet, *beyond, lights=(QuadLight(corner, across, along, (1.0, 1.0, 1.0)),), size=SIZE)
+        regions = regions_of(made, made.digest())[-1]
+        normal, point = regions.planes[0]
+        height = dot(normal, np.hstack((regions.geometry.a[:, :2], regions.geometry.b[:, :2])) - point)
+        assert np.abs(height).max() < 1e-14
+        doubted += (height < 0).any() and (height > 0).any()
+        assert not regions.creased[:, :2].any()
+        assert shown_by(regions, 1e-2).sampled.pixel.size == 0
+    assert doubted > 3
 
 
 @pytest.mark.parametrize("values", [[[2.0, 1.0, 2.0, -0.0, 0.0], [1.0, 5.0, 1.0, 3.0, 3.0]], [[3], [1]], [[], []]])
