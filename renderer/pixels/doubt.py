@@ -155,7 +155,8 @@ def in_doubt(
     places = np.hstack((parts.position, *ends))
     sides = places.max(axis=1) - places.min(axis=1)
     span = float(np.sqrt(dot(sides, sides)))  # nothing is farther than that
-    cones, found = _cones(parts, light, span), [(rim, np.full(rim.size, -1))]
+    cones = _cones(parts, light, span)
+    found: list[tuple[Ints, Ints]] = [(rim, np.full(rim.size, -1))]
     for point, edge in _pairs(cones, parts, ends, span, suspects or Suspects.all_edges(parts.radius.size)):
         start, end = (v[:, edge] for v in ends)
         low, high = _above(parts.position[:, point], parts.normal[:, point], start, end)
@@ -296,15 +297,14 @@ def _cones(parts: Footprints, light: Light, span: float) -> Cone:
     n, (middle, size) = parts.radius.size, light.middle()
     radius, reach = parts.radius, parts.reach
     if light.at_infinity:
-        axis, distance, k = np.broadcast_to(unit(middle), parts.position.shape), np.inf, min(size, WIDEST)
-        near, far = np.full(n, k), k
-        sway = np.zeros(n)
+        axis = np.broadcast_to(unit(middle), parts.position.shape)
+        near = far = np.full(n, min(size, WIDEST))
+        distance, sway = np.full(n, np.inf), np.zeros(n)
     else:
         to = middle - parts.position
-        distance = np.sqrt(dot(to, to))
-        axis, left = to / distance, np.maximum(distance - reach, FLAT * distance)
-        near, far = size / left, size / (distance + reach)
-        distance, sway = distance + reach, reach / left
+        away = np.sqrt(dot(to, to))
+        least, distance = np.maximum(away - reach, FLAT * away), away + reach
+        axis, near, far, sway = to / away, size / least, size / distance, reach / least
     farthest = radius / np.maximum(2 * far / WIDTHS + radius / distance, radius / span)
     sway = sway * np.hypot(farthest, radius + near * farthest)
     wide = radius + sway * (1 + near) + reach * np.hypot(1.0, near)

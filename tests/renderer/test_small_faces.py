@@ -56,6 +56,18 @@ def test_a_penumbra_over_facets_is_fitted_to_what_was_asked(tolerance):
     assert asked < (4000 if tolerance == 1e-2 else all_.x.size)
 
 
+def test_what_is_asked_in_any_case_is_asked_at_once():
+    all_, calls = places(lost=0.05), []
+
+    def shade(k):
+        calls.append(k.size)
+        return all_.free[:, k] * (0.5 + all_.x[k] / 300)
+
+    fit_shadows(all_, shade, 3e-2, 0.0)
+    assert len(calls) == 1
+    assert calls[0] > 512  # doubt, and two levels of patches
+
+
 def test_a_shadow_that_no_place_met_is_looked_for_where_it_may_be():
     one_face = places().face == 333
     blind, told = places(), places()
@@ -105,10 +117,13 @@ def test_layers_that_are_merged_change_little_and_only_where_a_tolerance_is_aske
     near, geometry, needs = prepare(shown)
     points = look(near, geometry, *pixel_centres(range(SIDE), range(SIDE))).points
     source = needs.sources[0]
-    best, merged, close = (
-        hidden_irradiance(source, points.position, points.normal, points.outside, tolerance)[0]
+    (best, bound), (merged, none), (close, _) = (
+        hidden_irradiance(source, points.position, points.normal, points.outside, tolerance)
         for tolerance in (0.0, rough, rough / 20)
     )
+    reached = best > 0
+    assert np.isfinite(bound[reached]).mean() > 0.99
+    assert np.isinf(none[reached]).all()
     size = np.sqrt((best**2).mean())
     assert np.abs(close - best).max() < 1e-12 * size
     assert 0 < np.sqrt(((merged - best) ** 2).mean()) < rough / 10 * size
