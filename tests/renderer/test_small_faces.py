@@ -12,8 +12,8 @@ from nusselt.experiments.studies.race.scenes import race_scene
 from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.pixels import render_area, small_faces
-from nusselt.renderer.pixels.doubt import _turning
 from nusselt.renderer.pixels.shade import regions_of
+from nusselt.renderer.pixels.shadow_edges import _turning
 from nusselt.renderer.pixels.shadow_fits import Places, fit_shadows
 from nusselt.renderer.pixels.small_faces import on_small_faces
 from nusselt.renderer.prepared import prepare
