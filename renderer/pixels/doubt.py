@@ -12,21 +12,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.geometry.flat_disks import disk_rim
 from nusselt.renderer.geometry.ragged import expand
 from nusselt.renderer.lights import Light
 from nusselt.renderer.needs import Source
-from nusselt.renderer.vectors import Floats, Ints, cross, dot, frame, transform, unit
+from nusselt.renderer.vectors import Floats, Ints, dot, unit
 from nusselt.renderer.visibility.bvh import morton
 
-from .candidate_edges import crossings, disk_cuts
 from .regions import Regions
+from .shadow_edges import FLAT, shadow_edges
 
 BLOCK, GROUP = 256, 32
 """Footprints for which edges are looked up together, at most and at least."""
@@ -34,12 +31,8 @@ PAIRS = 1 << 18
 """Footprints and edges handled at once."""
 WIDTHS = 1.0
 """Of footprints, that a penumbra must be wide to be seen by the values around it."""
-SIDES = 64
-"""Edges that stand for the line along which an ellipsoid turns from a light."""
 WIDEST = 10.0
 """Of a cone's growth: a sky's has no end, and shadows that fit into a pixel are thrown from very near."""
-FLAT = 1e-9
-"""Heights over a surface's plane that are none, relative to the edge's distance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,13 +142,14 @@ def in_doubt(
     The rim is one more edge, of number -1.
     """
     light, (rim,) = source.light, np.nonzero(source.light.rim_within(parts.position, parts.radius + parts.reach))
-    ends = _edges(regions, light)
+    ends = shadow_edges(regions, light)
     if source.blockers.none or ends[0].shape[1] == 0 or parts.radius.size == 0:
         return rim, np.full(rim.size, -1)
     places = np.hstack((parts.position, *ends))
     sides = places.max(axis=1) - places.min(axis=1)
     span = float(np.sqrt(dot(sides, sides)))  # nothing is farther than that
-    cones, found = _cones(parts, light, span), [(rim, np.full(rim.size, -1))]
+    cones = _cones(parts, light, span)
+    found: list[tuple[Ints, Ints]] = [(rim, np.full(rim.size, -1))]
     for point, edge in _pairs(cones, parts, ends, span, suspects or Suspects.all_edges(parts.radius.size)):
         start, end = (v[:, edge] for v in ends)
         low, high = _above(parts.position[:, point], parts.normal[:, point], start, end)
@@ -212,66 +206,6 @@ def _together(parts: Footprints) -> Ints:
     return np.lexsort((morton(place), np.frexp(parts.radius + parts.reach)[1] // 2))
 
 
-def _edges(regions: Regions, light: Light) -> tuple[Floats, Floats]:
-    """All that may throw a light's shadow, as segments, found once."""
-    if light not in regions.shadow_edges:
-        g = regions.geometry
-        edges = [crossings(g), *map(partial(_rim, g), range(g.disks))]
-        edges += [disk_cuts(g, index) for index in range(g.disks)]
-        edges += [_turning(regions, light), *(_terminator(g, index, light) for index in range(g.ellipsoids))]
-        start, end = (np.hstack(ends) for ends in zip(*edges, strict=True))
-        regions.shadow_edges[light] = start, end
-    return regions.shadow_edges[light]
-
-
-def _turning(regions: Regions, light: Light) -> tuple[Floats, Floats]:
-    """Edges of faces, but those whose two faces lie beside each other, seen from all of the light: nothing jumps there.
-
-    How high a place is over the plane through an edge and another place is affine in the latter: its sign at the hull's
-    corners is its sign everywhere on the light.
-    """
-    g, faces = regions.geometry, regions.faces
-    hull = light.hull()
-    side = np.zeros((2, faces.start.shape[1]))
-    for row, triangle in zip(side, faces.beside, strict=True):
-        apex = _apex(g, triangle, faces.start, faces.end)
-        normal = cross(faces.end - faces.start, apex - faces.start)
-        to = hull[:, :, None] - (0.0 if light.at_infinity else 1.0) * faces.start[:, None]
-        height, slack = dot(normal[:, None], to), FLAT * np.sqrt(dot(normal, normal) * dot(to, to).max(axis=0))
-        row[:] = (height > slack).all(axis=0) * 1.0 - (height < -slack).all(axis=0)
-    kept = np.flatnonzero((side[0] * side[1] >= 0) | (faces.beside[0] < 0))
-    return faces.start[:, kept], faces.end[:, kept]
-
-
-def _apex(g: Geometry, triangle: Ints, start: Floats, end: Floats) -> Floats:
-    """The corner (3, s) of each triangle that is not an end of its edge."""
-    corners = np.stack([corner[:, triangle] for corner in (g.a, g.b, g.c)])
-    away = np.minimum(*(((corners - at) ** 2).sum(axis=1) for at in (start, end)))
-    return np.asarray(corners[away.argmax(axis=0), :, np.arange(triangle.size)].T)
-
-
-def _rim(g: Geometry, index: int) -> tuple[Floats, Floats]:
-    """A disk's rim, as SIDES edges."""
-    points = disk_rim(g, index, 2 * np.pi * np.arange(SIDES) / SIDES)
-    return points, np.roll(points, -1, axis=1)
-
-
-def _terminator(g: Geometry, index: int, light: Light) -> tuple[Floats, Floats]:
-    """Where an ellipsoid turns from a light's middle, as SIDES edges; none if the middle is inside it."""
-    inverse, center = g.inverse[index], g.center[:, [index]]
-    middle, _ = light.middle()
-    to = transform(inverse, middle if light.at_infinity else middle - center)
-    away = np.sqrt(dot(to, to)).item()
-    delta = 0.0 if light.at_infinity else 1 / max(away, np.finfo(float).tiny)
-    if delta >= 1:
-        return np.zeros((3, 0)), np.zeros((3, 0))
-    u, v = frame(to / away)
-    angle = 2 * np.pi * np.arange(SIDES) / SIDES
-    ring = delta * to / away + np.sqrt(1 - delta**2) * (np.cos(angle) * u + np.sin(angle) * v)
-    points = center + transform(g.axes[index], ring)
-    return points, np.roll(points, -1, axis=1)
-
-
 def _above(position: Floats, normal: Floats, start: Floats, end: Floats) -> tuple[Floats, Floats]:
     """Between which shares of their length edges (3, n) are above the planes of surfaces at positions (3, n)."""
     a = start - position
@@ -296,15 +230,14 @@ def _cones(parts: Footprints, light: Light, span: float) -> Cone:
     n, (middle, size) = parts.radius.size, light.middle()
     radius, reach = parts.radius, parts.reach
     if light.at_infinity:
-        axis, distance, k = np.broadcast_to(unit(middle), parts.position.shape), np.inf, min(size, WIDEST)
-        near, far = np.full(n, k), k
-        sway = np.zeros(n)
+        axis = np.broadcast_to(unit(middle), parts.position.shape)
+        near = far = np.full(n, min(size, WIDEST))
+        distance, sway = np.full(n, np.inf), np.zeros(n)
     else:
         to = middle - parts.position
-        distance = np.sqrt(dot(to, to))
-        axis, left = to / distance, np.maximum(distance - reach, FLAT * distance)
-        near, far = size / left, size / (distance + reach)
-        distance, sway = distance + reach, reach / left
+        away = np.sqrt(dot(to, to))
+        least, distance = np.maximum(away - reach, FLAT * away), away + reach
+        axis, near, far, sway = to / away, size / least, size / distance, reach / least
     farthest = radius / np.maximum(2 * far / WIDTHS + radius / distance, radius / span)
     sway = sway * np.hypot(farthest, radius + near * farthest)
     wide = radius + sway * (1 + near) + reach * np.hypot(1.0, near)

@@ -11,6 +11,7 @@ from builders import floor, lamp, scene
 from nusselt.experiments.scenes.cameras import views
 from nusselt.experiments.studies.race.measure import racer
 from nusselt.experiments.studies.race.scenes import race_scene
+from nusselt.renderer.lights import PointLight, SpotLight, SunLight
 from nusselt.renderer.pixels import render_area
 from nusselt.renderer.pixels.doubt import doubtful
 from nusselt.renderer.pixels.doubt_squares import doubtful_places
@@ -21,10 +22,15 @@ from nusselt.renderer.surfaces import Material
 from nusselt.renderer.vectors import distinct
 
 
+@pytest.mark.parametrize("lights", ["its own", "hard", "with a rim"])
 @pytest.mark.parametrize("view", [0, 1, 2, 3])
 @pytest.mark.parametrize("name", ["cornell-boxes", "cornell", "bumpy-ball"])
-def test_squares_without_doubt_hold_no_place_in_doubt(name, view):
+def test_squares_without_doubt_hold_no_place_in_doubt(name, view, lights):
     shown = views(race_scene(name, 64))[view]
+    if lights == "hard":
+        shown = shown.with_(lights=(PointLight((0.1, 1.9, 0.3), (1, 1, 1)), SunLight((0.2, 1, 0.1), (1, 1, 1), 0.5)))
+    elif lights == "with a rim":
+        shown = shown.with_(lights=(*shown.lights, SpotLight((0.3, 1.9, 0.2), (0, -1, 0.1), 40.0, 30.0, (5, 5, 5))))
     _, needs, regions = regions_of(shown, shown.digest())
     seen = shown_by(regions, 1e-2)
     pieces = seen.pieces.take(np.flatnonzero(seen.pieces.region >= 0))

@@ -12,8 +12,8 @@ from nusselt.experiments.studies.race.scenes import race_scene
 from nusselt.renderer.camera.rays import pixel_centres
 from nusselt.renderer.camera.view import look
 from nusselt.renderer.pixels import render_area, small_faces
-from nusselt.renderer.pixels.doubt import _turning
 from nusselt.renderer.pixels.shade import regions_of
+from nusselt.renderer.pixels.shadow_edges import _turning
 from nusselt.renderer.pixels.shadow_fits import Places, fit_shadows
 from nusselt.renderer.pixels.small_faces import on_small_faces
 from nusselt.renderer.prepared import prepare
@@ -54,6 +54,18 @@ def test_a_penumbra_over_facets_is_fitted_to_what_was_asked(tolerance):
     assert true < 1.5 * tolerance
     assert true <= 1.5 * estimate
     assert asked < (4000 if tolerance == 1e-2 else all_.x.size)
+
+
+def test_what_is_asked_in_any_case_is_asked_at_once():
+    all_, calls = places(lost=0.05), []
+
+    def shade(k):
+        calls.append(k.size)
+        return all_.free[:, k] * (0.5 + all_.x[k] / 300)
+
+    fit_shadows(all_, shade, 3e-2, 0.0)
+    assert len(calls) == 1
+    assert calls[0] > 512  # doubt, and two levels of patches
 
 
 def test_a_shadow_that_no_place_met_is_looked_for_where_it_may_be():
@@ -108,10 +120,19 @@ def test_layers_that_are_merged_change_little_and_only_where_a_tolerance_is_aske
     near, geometry, needs = prepare(shown)
     points = look(near, geometry, *pixel_centres(range(SIDE), range(SIDE))).points
     source = needs.sources[0]
+<<<<<<< HEAD
     best, merged, close = (
         hidden_irradiance(source, points.position, points.normal, points.outside, tolerance)[0]
         for tolerance in (0.0, rough, exact)
+=======
+    (best, bound), (merged, none), (close, _) = (
+        hidden_irradiance(source, points.position, points.normal, points.outside, tolerance)
+        for tolerance in (0.0, rough, rough / 20)
+>>>>>>> light
     )
+    reached = best > 0
+    assert np.isfinite(bound[reached]).mean() > 0.99
+    assert np.isinf(none[reached]).all()
     size = np.sqrt((best**2).mean())
     assert np.abs(close - best).max() < 1e-12 * size
     assert 0 < np.sqrt(((merged - best) ** 2).mean()) < rough / 3 * size

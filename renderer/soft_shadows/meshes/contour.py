@@ -123,9 +123,9 @@ class Silhouettes:
         edge, owner = np.divmod(pair, local.shape[1])
         near = _not_beyond(edges, edge, owner, local)
         edge, ahead = take(edge, near), take(left.ravel(), take(pair, near))
-        ends = (take(v, edge) for v in (edges.start, edges.end, edges.local_start, edges.local_end))
+        start, end, first, last = (take(v, edge) for v in (edges.start, edges.end, edges.local_start, edges.local_end))
         size = np.full(edge.size, np.abs(edges.start).max(initial=0))
-        return cls(take(owner, near), ahead, *ends, size)
+        return cls(take(owner, near), ahead, start, end, first, last, size)
 
     @classmethod
     def joined(cls, parts: list[Silhouettes]) -> Silhouettes:

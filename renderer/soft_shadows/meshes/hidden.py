@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -49,7 +49,7 @@ ROUGH = (
 """From which tolerance of an image and for how many edges, which make strips narrow, strips of overlapping layers are
 merged: the tolerance is six times what that changes, or more."""
 
-WORTH = 1 << 18
+WORTH = 1 << 19
 """Edge-point pairs in a block up to which it costs less to look at all than to divide it, where bits do not matter."""
 
 
@@ -183,8 +183,8 @@ def _from_corner(edges: Candidates, frame: LightFrame, points: Points, tolerance
 
 def _layers(
     view: CommonVisibility,
-    frames: list[LightFrame],
-    mine: list[Ints],
+    frames: Sequence[LightFrame],
+    mine: Sequence[Ints],
     x: Floats,
     n: Floats,
     outside: NDArray[np.bool_] | None,
