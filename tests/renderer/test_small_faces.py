@@ -120,15 +120,9 @@ def test_layers_that_are_merged_change_little_and_only_where_a_tolerance_is_aske
     near, geometry, needs = prepare(shown)
     points = look(near, geometry, *pixel_centres(range(SIDE), range(SIDE))).points
     source = needs.sources[0]
-<<<<<<< HEAD
-    best, merged, close = (
-        hidden_irradiance(source, points.position, points.normal, points.outside, tolerance)[0]
-        for tolerance in (0.0, rough, exact)
-=======
     (best, bound), (merged, none), (close, _) = (
         hidden_irradiance(source, points.position, points.normal, points.outside, tolerance)
-        for tolerance in (0.0, rough, rough / 20)
->>>>>>> light
+        for tolerance in (0.0, rough, exact)
     )
     reached = best > 0
     assert np.isfinite(bound[reached]).mean() > 0.99
