@@ -20,6 +20,9 @@ from .faces import PLANE
 SMALLEST = 512
 """Pixels in a piece of work, at least."""
 
+MIXERS = np.array([0x1B873593, 0x2545F4914F6CDD1D, 0x369DEA0F31A53F85, 0x106689D45497FDB5, 0x5851F42D4C957F2D])
+"""Odd numbers whose multiples, modulo 2^64, are hardly ever equal sums."""
+
 
 @dataclass(frozen=True)
 class _Work:
@@ -44,7 +47,11 @@ def planes(view: View) -> Ints:
     size = max(float(np.abs(points.position).max()), np.finfo(float).tiny)
     offset = dot(points.normal, points.position) / size
     keys = np.rint(np.vstack((points.normal, offset)) / PLANE + 0.1234)
-    _, number = np.unique(np.vstack((keys, view.hits.surface[k])), axis=1, return_inverse=True)
+    keys = np.vstack((keys, view.hits.surface[k])).astype(np.int64)
+    mixed: Ints = (keys * MIXERS[:, None]).sum(axis=0)  # one number is sorted many times as fast as five
+    _, first, number = np.unique(mixed, return_index=True, return_inverse=True)
+    if (keys != keys[:, first[number]]).any():
+        _, number = np.unique(keys, axis=1, return_inverse=True)
     found[k] = number.reshape(-1)
     return found
 

@@ -79,7 +79,8 @@ def hidden_irradiance(
     Returns
     -------
     value, bound : (m,) float64
-        Irradiance, relative to radiance 1, and a bound of its absolute error: see `rounding`.
+        Irradiance, relative to radiance 1, and a bound of its absolute error: see `rounding`; infinite with a
+        tolerance, where nobody asks for it.
 
     Raises
     ------
@@ -151,7 +152,12 @@ def _from_corner(
     x, n = x[:, order], n[:, order]
     points = Points(x, n, frame.point(x), *_layers(view, frame, x, n, None if outside is None else outside[order]))
     _blocks(
-        everything, points, frame, _Plan(WORTH if tolerance else 0, _merging(tolerance, everything.count)), order, out
+        everything,
+        points,
+        frame,
+        _Plan(WORTH if tolerance else 0, _merging(tolerance, everything.count), not tolerance),
+        order,
+        out,
     )
     return out
 
@@ -183,12 +189,15 @@ class _Plan:
         Pairs of an edge and a point in a block beyond which it is divided.
     merging : Merging or None
         Of strips.
+    bounded : bool
+        Whether errors are.
     sizes : tuple of int
         Points in blocks, level by level.
     """
 
     worth: int
     merging: Merging | None
+    bounded: bool
     sizes: tuple[int, ...] = LEVELS
 
 
@@ -210,11 +219,11 @@ def _blocks(edges: Candidates, points: Points, frame: LightFrame, plan: _Plan, n
         step = max(1, PAIRS // max(near.count, 1))
         for begin in range(first, min(first + size, count), step):
             t = slice(begin, min(begin + step, first + size))
-            out[:, names[t]] = _block(near, points.part(t), frame, plan.merging)
+            out[:, names[t]] = _block(near, points.part(t), frame, plan)
 
 
-def _block(edges: Candidates, points: Points, frame: LightFrame, merging: Merging | None) -> tuple[Floats, Floats]:
-    """Hidden irradiance, and a bound of its error, but for that of strips that are merged."""
+def _block(edges: Candidates, points: Points, frame: LightFrame, plan: _Plan) -> tuple[Floats, Floats]:
+    """Hidden irradiance, and a bound of its error if it is asked for."""
     x, n = points.x, points.n
     size = edges.size + np.abs(x).max(axis=0)
     height = edges.heights(x)
@@ -223,6 +232,8 @@ def _block(edges: Candidates, points: Points, frame: LightFrame, merging: Mergin
     at, jump = on_left(cut, rim)
     start = before_corner(cut, at, jump, points.spot, points.within)
     value, doubt = layers(cut, rim, n, start, size)
-    extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame, merging)
+    extra, more, lengths = extra_layers(cut, rim, x, n, start, at, jump, frame, plan.merging)
+    if not plan.bounded:
+        return value - extra, np.full(value.size, np.inf)
     error = rounding(cut, x, n, size, frame, doubt + more, lengths)
     return value - extra, np.where(on_folds(edges, height, x, n, size), np.inf, error)
