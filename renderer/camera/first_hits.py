@@ -154,12 +154,14 @@ def nearer_disks(geometry: Geometry, origin: Floats, d: Floats, near: Floats, tr
     return near, disk
 
 
-def first_hits(geometry: Geometry, origin: Floats, d: Floats, corners: Floats | None = None) -> Hits:
+def first_hits(geometry: Geometry, origin: Floats, d: Floats, corners: Floats | None = None, frames: int = 1) -> Hits:
     """Nearest hit of each ray; see `nearest_surfaces`."""
-    return hits_at(geometry, origin, d, nearest_surfaces(geometry, origin, d, corners))
+    return hits_at(geometry, origin, d, nearest_surfaces(geometry, origin, d, corners, frames))
 
 
-def nearest_surfaces(geometry: Geometry, origin: Floats, d: Floats, corners: Floats | None = None) -> Seen:
+def nearest_surfaces(
+    geometry: Geometry, origin: Floats, d: Floats, corners: Floats | None = None, frames: int = 1
+) -> Seen:
     """What each ray meets first.
 
     Parameters
@@ -172,12 +174,14 @@ def nearest_surfaces(geometry: Geometry, origin: Floats, d: Floats, corners: Flo
         Directions c, c + u and c + v through three corners of a pixel, so that d is a multiple of
         c + x u + y v: what is found about the image plane is kept for further calls. None: every ray tests
         every triangle.
+    frames : int
+        So many times the same pixels, in turn, each time at one place in all of them.
     """
     if corners is None:
         boxes = ImageBoxes.about(geometry, origin, None)
     else:
         boxes = kept_boxes(geometry, origin.astype(float).tobytes(), corners.astype(float).tobytes())
-    distance, triangle, weight = boxes.nearest(d)
+    distance, triangle, weight = boxes.nearest(d, frames)
     n = d.shape[1]
     ellipsoid, disk = np.full(n, -1), np.full(n, -1)
     if geometry.disks:

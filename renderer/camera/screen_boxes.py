@@ -6,6 +6,7 @@ only pairs of a ray and a box that holds it are tested, by the edge functions of
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -67,8 +68,11 @@ class ImageBoxes:
         boxes = np.where(whole, boxes, everywhere)
         return cls(geometry, origin, rows, boxes, live & ~behind.all(axis=0), order)
 
-    def nearest(self, d: Floats) -> tuple[Floats, Ints, Floats]:
-        """What is seen along each direction: distance (n,), triangle, its edge functions (3, n)."""
+    def nearest(self, d: Floats, frames: int = 1) -> tuple[Floats, Ints, Floats]:
+        """What is seen along each direction: distance (n,), triangle, its edge functions (3, n).
+
+        Directions may come in so many ``frames``, each through the same pixels in turn and at one place in all.
+        """
         if self.rows is None or d.shape[1] == 0:
             return self._dense(d, np.flatnonzero(self.live))
         low, high, ahead, _ = _project(self.rows, d)
@@ -78,12 +82,49 @@ class ImageBoxes:
         chosen = np.flatnonzero(
             (s0 <= high[0].max()) & (s1 >= low[0].min()) & (t0 <= high[1].max()) & (t1 >= low[1].min()) & self.live
         )
-        middle = (low + high) / 2
-        fine = _subdivision(middle)
-        cells = Cells.of(*(fine * middle)) if chosen.size > DENSE else None
+        middle, pad = (low + high) / 2, ((high - low) / 2).max(axis=1)
+        if frames > 1:
+            chosen = self._around(chosen, middle[:, : d.shape[1] // frames])
+        if chosen.size <= DENSE:
+            return self._dense(d, chosen)
+        fine = 1 if frames > 1 else _subdivision(middle)
+        cells = Cells.of(*(fine * middle[:, : d.shape[1] // frames]))
         if cells is None:
             return self._dense(d, chosen)
-        return self._binned(d, chosen, cells, ((high - low) / 2).max(axis=1), fine)
+        found = Nearest(d)
+        bounds = [fine * v for v in self._padded(chosen, pad)]
+        if frames > 1:
+            sides = _Sides.of(self.geometry, chosen, self.origin)
+            for box, ray in cells.in_frames(middle.reshape(2, frames, -1), *bounds):
+                inside, w = sides.inside(box, d, ray, found.size)
+                found.meet(sides.planes, take(box, inside), take(ray, inside), chosen, *w)
+        else:
+            self._binned(found, chosen, cells.in_boxes(*bounds))
+        near, triangle, weight = found.seen(self.order, standing_before(self.geometry, self.origin))
+        return _distance(near), triangle, np.stack(weight) if weight else np.zeros(d.shape)
+
+    def _around(self, chosen: Ints, at: Floats) -> Ints:
+        """Which of the chosen boxes touch a pixel of those that places (2, n) lie in; all, where that is not told."""
+        low = np.floor(at.min(axis=1))
+        wide, high = (np.floor(at.max(axis=1)) - low + 1).astype(np.int64)
+        if wide * high > MAX_CELLS:
+            return chosen
+        column, row = np.floor(at - low[:, None]).astype(np.int64)
+        count = np.zeros((high + 1, wide + 1), dtype=np.int64)
+        np.add.at(count, (row + 1, column + 1), 1)
+        count = count.cumsum(axis=0).cumsum(axis=1)
+        # One pixel more on every side: places were rounded.
+        s0, s1, t0, t1 = (
+            np.clip(np.floor(bound - corner) + step, 0, most).astype(np.int64)
+            for bound, corner, step, most in zip(
+                self.boxes[:, chosen], np.repeat(low, 2), (-1, 2, -1, 2), np.repeat((wide, high), 2), strict=True
+            )
+        )
+        return chosen[count[t1, s1] - count[t0, s1] - count[t1, s0] + count[t0, s0] > 0]
+
+    def _padded(self, chosen: Ints, pad: Floats) -> list[Floats]:
+        s0, s1, t0, t1 = self.boxes[:, chosen]
+        return [s0 - pad[0], s1 + pad[0], t0 - pad[1], t1 + pad[1]]
 
     def _dense(self, d: Floats, chosen: Ints) -> tuple[Floats, Ints, Floats]:
         if chosen.size == 0:
@@ -92,21 +133,16 @@ class ImageBoxes:
         near, which = pencil.nearest(d, np.arange(chosen.size))
         return _distance(near), np.where(which < 0, -1, take(chosen, which)), pencil.weights(d, which)
 
-    def _binned(self, d: Floats, chosen: Ints, cells: Cells, pad: Floats, fine: int) -> tuple[Floats, Ints, Floats]:
-        s0, s1, t0, t1 = self.boxes[:, chosen]
-        found = Nearest(d)
-        bounds = (fine * v for v in (s0 - pad[0], s1 + pad[0], t0 - pad[1], t1 + pad[1]))
-        for box, ray in cells.in_boxes(*bounds):
+    def _binned(self, found: Nearest, chosen: Ints, pairs: Iterator[tuple[Ints, Ints]]) -> None:
+        for box, ray in pairs:
             if box.size == 0:
                 continue
             first = np.flatnonzero(np.diff(box, prepend=-1))  # each box's pairs stand together
             number = np.repeat(np.arange(first.size), np.diff(np.append(first, box.size)))
             triangles = chosen[box[first]]
             sides = _Sides.of(self.geometry, triangles, self.origin)
-            inside, w = sides.inside(number, d, ray, found.size)
+            inside, w = sides.inside(number, found.d, ray, found.size)
             found.meet(sides.planes, take(number, inside), take(ray, inside), triangles, *w)
-        near, triangle, weight = found.seen(self.order, standing_before(self.geometry, self.origin))
-        return _distance(near), triangle, np.stack(weight) if weight else np.zeros(d.shape)
 
 
 @dataclass(frozen=True, eq=False)

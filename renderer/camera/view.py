@@ -78,11 +78,11 @@ def shading_points(
     )
 
 
-def look(scene: Scene, geometry: Geometry, x: Floats, y: Floats) -> View:
-    """Trace the rays through image points (x, y) in pixels, each (n,), y down."""
+def look(scene: Scene, geometry: Geometry, x: Floats, y: Floats, frames: int = 1) -> View:
+    """Trace the rays through image points (x, y) in pixels, each (n,), y down; ``frames`` as in `first_hits`."""
     corners = primary_directions(scene, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
     d = primary_directions(scene, x, y)
-    hits = first_hits(geometry, column(scene.camera.position), d, corners)
+    hits = first_hits(geometry, column(scene.camera.position), d, corners, frames)
     outgoing = -unit(d)
     background = hits.surface < 0
     cosine = dot(hits.normal, outgoing)

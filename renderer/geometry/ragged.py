@@ -9,7 +9,7 @@ made a block at a time: the memory is the block's.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -94,6 +94,25 @@ class Cells:
             again, offset = expand(self.start[cell + wide[part][run]] - first)
             yield box[part][run][again], self.order[first[again] + offset]
             begin = part.stop
+
+    def in_frames(self, at: Floats, x0: Floats, x1: Floats, y0: Floats, y1: Floats) -> Iterator[tuple[Ints, Ints]]:
+        """The same of places ``at`` (2, frames, n) instead of the points, frame by frame: all near their points.
+
+        Points are then numbered through all frames.
+        """
+        whole = replace(self, inner=np.array([0.0, 1.0, 0.0, 1.0]))
+        box, point = (np.concatenate(v) for v in zip(*whole.in_boxes(x0, x1, y0, y1), strict=True))
+        cell = np.floor(at[:, 0]) - self.low[:, None]
+        reach = 1e-9 * (1 + max(self.shape))
+        (left, right), (bottom, top) = (
+            (take(v[0], box) - take(corner, point) - reach, take(v[1], box) - take(corner, point) + reach)
+            for v, corner in (((x0, x1), cell[0] + self.low[0]), ((y0, y1), cell[1] + self.low[1]))
+        )
+        for number in range(at.shape[1]):
+            inner = at[:, number] - self.low[:, None] - cell
+            (least_x, least_y), (most_x, most_y) = inner.min(axis=1), inner.max(axis=1)
+            k = np.flatnonzero((left <= most_x) & (right >= least_x) & (bottom <= most_y) & (top >= least_y))
+            yield take(box, k), take(point, k) + number * at.shape[2]
 
     def _touched(self, low: Floats, high: Floats, axis: int) -> tuple[Ints, Ints]:
         """First cell and number of cells whose points the intervals can hold."""

@@ -32,14 +32,16 @@ from nusselt.renderer.visibility.segments import small_triangles
 
 from .sobol import scrambled
 
-MANY = 20_000
+MANY = 40_000
 """Small triangles beyond which pixels are sampled: cutting each face out of its pixels takes minutes there."""
 REPLICAS = 4
-FRAMES = 8
-"""Of each copy, in the first round; of light points alone half as many."""
+FRAMES = 4
+"""Of each copy, in the first round."""
 BITS = 11
 MOST = 1 << BITS
 """Of each copy, after which a pixel stays as it is and the error says so."""
+RATE = 1.5
+"""Of frames, with a power of which variances fall: a half-plane's, see `sobol`."""
 RAYS = 1 << 16
 """In a piece of work."""
 STEPS = np.array([[0.7548776662466927], [0.5698402909980532]])
@@ -106,7 +108,7 @@ class Frames:
         scene, geometry, needs = prepare(self.scene)
         x, y, *light = self.places
         row, across = np.divmod(pixel, scene.width)
-        view: View = look(scene, geometry, (across + x[:, None]).ravel(), (row + y[:, None]).ravel())
+        view: View = look(scene, geometry, (across + x[:, None]).ravel(), (row + y[:, None]).ravel(), x.size)
         found: Floats = np.vstack((view.emission, view.emitter, view.background)).astype(np.float64)
         points, of = view.points.as_exact_as(self.tolerance), view.lit // pixel.size
         found[:3, view.lit] += reflected(points, needs, partial(_share, light=np.array(light), of=of))
@@ -128,7 +130,6 @@ class CentreFrames(Frames):
     """The same of light points alone, for pixels that reflect at their centres."""
 
     sums: ClassVar[int] = 3
-    begin: ClassVar[int] = FRAMES // 2
 
     def __call__(self, pixel: Ints) -> Floats:
         """Sums (REPLICAS, 3, n) over the frames of radiance."""
@@ -151,6 +152,23 @@ class CentreFrames(Frames):
 
 def _sums(frames: Frames, pixel: Ints) -> Floats:
     return frames(pixel)
+
+
+def next_ones(variance: Floats, frames: Ints, budget: float) -> Ints:
+    """Which pixels (n,) should have as many frames again for least work in all; one at least.
+
+    In the end variances add up to the budget, and no pixel's would fall by more for a frame than another's. Those go
+    on that then have half as many again, or more, but no more of them than it takes. Variances are taken to fall with
+    frames^-RATE.
+    """
+    worth = variance / frames
+    order = np.argsort(-worth, kind="stable")
+    left, mass = np.cumsum(variance[order]), np.cumsum((variance * frames**RATE)[order] ** (1 / (RATE + 1)))
+    level = (np.maximum(budget - variance.sum() + left, 0) / np.maximum(mass, 1e-300)) ** (1 / RATE)
+    goal = worth[order] ** (1 / (RATE + 1))  # over the level, in units of the frames
+    some = level[np.flatnonzero(goal > level).max(initial=0)]
+    enough = max(int(np.searchsorted(left / 2, variance.sum() - budget)), order.size // 64) + 1
+    return order[: min(enough, max(int(np.count_nonzero(goal > 1.5 * some)), order.size // 4))]
 
 
 @dataclass
@@ -214,19 +232,14 @@ class Crowd:
     def refine(self, budget: float, most: int = MOST) -> Floats:
         """Sample on until the sum of squared errors (n,) is at most ``budget``, or a pixel has the ``most`` frames.
 
-        Only pixels that take part in the excess go on; a copy's frames are doubled each time.
+        A copy's frames are doubled each time, in the pixels that `next_ones` names.
         """
         while True:
             variance = self.variance()
             left = float(variance.sum())
             if left <= budget or self.pixel.size == 0 or int(self.frames.max()) >= most:
                 return variance
-            # The worst go on: until what they would shed, their error halved, is enough.
-            order = np.argsort(-variance, kind="stable")
-            order = order[self.frames[order] < most]
-            shed = np.cumsum(0.75 * variance[order])
-            stop = int(np.searchsorted(shed, left - budget)) + 1
-            self._more(np.sort(order[: max(stop, order.size // 16)]), 0)
+            self._more(np.sort(next_ones(variance, self.frames, budget)), 0)
 
     def _more(self, some: Ints, count: int) -> None:
         """As many frames again for some pixels, or the first ``count``."""

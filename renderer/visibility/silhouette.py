@@ -135,8 +135,8 @@ def project(outline: Outline, points: Floats, eye: Floats, at_infinity: bool) ->
 
 def silhouette(outline: Outline, eye: Floats, at_infinity: bool) -> Silhouette | None:
     """The silhouette from ``eye`` (3, 1), a point of the light or a direction to it; None if it is empty."""
-    turned = dot(outline.plane[:3], eye) > outline.plane[3]
-    sign = take(turned, outline.left).astype(np.int8) - take(turned, outline.right)
+    turned = ((outline.plane[:3].T @ eye)[:, 0] > outline.plane[3]).view(np.int8)
+    sign = take(turned, outline.left) - take(turned, outline.right)
     k = np.flatnonzero(sign)
     if k.size == 0:
         return None

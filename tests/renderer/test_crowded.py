@@ -106,3 +106,21 @@ def test_the_executor_changes_no_bit(ball, sampled):
     with ThreadPoolExecutor(3) as pool:
         centres = [render_centre(ball, Exact(), tolerance=1e-2, executor=one).image.mean for one in (None, pool)]
     assert np.array_equal(*centres)
+
+
+def test_rays_that_come_in_frames_meet_what_they_meet_one_by_one(ball):
+    geometry = prepare(ball).geometry
+    row, across = np.divmod(np.flatnonzero(crowded.touched(ball, geometry)), ball.width)
+    x, y = np.random.default_rng(2).random((2, 5, 1))
+    together = view.look(ball, geometry, (across + x).ravel(), (row + y).ravel(), 5).hits
+    apart = [view.look(ball, geometry, across + u, row + v).hits for u, v in zip(x, y, strict=True)]
+    assert np.unique(together.triangle).size > 500
+    for name in ("triangle", "distance", "position"):
+        assert np.array_equal(getattr(together, name), np.concatenate([getattr(h, name) for h in apart], axis=-1))
+
+
+def test_those_go_on_that_lower_an_error_most_for_their_frames():
+    variance, frames = np.array([1.0, 1.0, 1e-6, 4.0]), np.array([8, 64, 8, 8])
+    assert crowded.next_ones(variance, frames, 5.9).tolist() == [3]
+    assert sorted(crowded.next_ones(variance, frames, 0.5).tolist()) == [0, 1, 3]
+    assert sorted(crowded.next_ones(variance, frames, 1.2).tolist()) == [0, 3]

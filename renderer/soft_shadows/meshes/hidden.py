@@ -44,7 +44,7 @@ ROUGH = (
     (7e-3, 0, Merging(32, 32)),
     (3e-3, 0, Merging(16, 64)),
     (9e-4, 1 << 15, Merging(8, 128)),
-    (9e-5, 1 << 15, Merging(4, 128)),
+    (9e-5, 1 << 15, Merging(4, 512)),
 )
 """From which tolerance of an image and for how many edges, which make strips narrow, strips of overlapping layers are
 merged: the tolerance is six times what that changes, or more."""

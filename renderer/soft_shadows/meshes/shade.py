@@ -47,7 +47,7 @@ def mesh_radiance(points: ShadingPoints, source: Source) -> tuple[Floats, Floats
     radiance : (3, n) float64
     bound : (n,) float64
         Of its absolute error, in units of what it would be without the mesh: rounding, all of it. 1 where rounding
-        decides on which side of a face the point is.
+        decides on which side of a face the point is, and where an image's tolerance is known.
     """
     light = source.light.parallelogram()
     if light is None:
