@@ -44,10 +44,10 @@ ROUGH = (
     (7e-3, 0, Merging(32, 32)),
     (3e-3, 0, Merging(16, 64)),
     (9e-4, 1 << 15, Merging(8, 128)),
-    (9e-5, 1 << 15, Merging(4, 512)),
+    (9e-5, 1 << 15, Merging(4, 128)),
 )
 """From which tolerance of an image and for how many edges, which make strips narrow, strips of overlapping layers are
-merged: the tolerance is six times what that changes, or more."""
+merged: the tolerance is five times what that changes an image by, or more."""
 
 WORTH = 1 << 19
 """Edge-point pairs in a block up to which it costs less to look at all than to divide it, where bits do not matter."""
