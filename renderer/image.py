@@ -89,7 +89,7 @@ class Image:
     ) -> Image:
         """An image in which nothing is random: radiance (3, h, w), shares of emitters and background (h, w)."""
         shaded = (emitter == 0) & (background == 0)
-        total, _ = sums_over(mean, shaded)
+        total = _sum_over(mean, shaded)
         return cls(
             **_one_pass(mean),
             emitter=emitter,
@@ -234,15 +234,10 @@ def _render(job: Job, executor: Executor | None, progress: Progress | None) -> I
     )
 
 
-def sums_over(values: Floats, kept: NDArray[np.bool_]) -> tuple[float, float]:
-    """Sum of values (c, h, w), and of their squares, over the pixels (h, w) that are kept; others may be NaN."""
-    total = square = 0.0
-    for top in range(0, kept.shape[0], ROWS):
-        rows = slice(top, top + ROWS)
-        part = np.where(kept[rows], values[:, rows], 0.0)
-        total += float(part.sum())
-        square += float(np.vdot(part, part))
-    return total, square
+def _sum_over(values: Floats, kept: NDArray[np.bool_]) -> float:
+    """Sum of values (c, h, w) over the pixels (h, w) that are kept; others may be NaN."""
+    rows = (slice(top, top + ROWS) for top in range(0, kept.shape[0], ROWS))
+    return sum(float(np.where(kept[some], values[:, some], 0.0).sum()) for some in rows)
 
 
 def _one_pass(mean: Floats) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nusselt.renderer.estimators.protocol import Estimator
-from nusselt.renderer.image import Image, sums_over
+from nusselt.renderer.image import Image
 from nusselt.renderer.needs import LeftOut, Needs
 from nusselt.renderer.prepared import prepare
 from nusselt.renderer.scene import Scene
@@ -115,8 +115,7 @@ def render_area(
 
     rest = first.settled + refine(first.items, shown.edges, regions, shade, budget, jumps, doubt)
     image = _assemble(scene, regions, palette, shown, first, needs.left_out)
-    # What was first found may be nothing.
-    square = max(others + first.items.square, sums_over(image.mean, image.shaded)[1])
+    square = others + first.items.square
     error = min(math.sqrt(rest / square), 1.0) if square > 0 else float(rest > 0)
     parts = int(shown.pieces.cell.size)
     return AreaImage(image, error, tolerance, shade.evaluations, parts, int(shown.sampled.pixel.size))
