@@ -57,13 +57,13 @@ def shown_by(regions: Regions, tolerance: float) -> Shown:
     """
     geometry, faces, width, height = regions.geometry, regions.faces, regions.lens.width, regions.lens.height
     folds = folds_of(geometry, faces, regions.lens, regions.creased[:, : faces.count], regions.far)
-    edges, broken, crowded = _edges(regions, folds)
-    borders = Borders.of(edges, width, PIXEL, regions)
-    pieces, bad = pieces_between(borders, edges, width, PIXEL)
-    if bad.size and folds.edge.size:
-        edges, broken, crowded = _edges(regions, away_from(folds, bad, regions))
+    for _ in range(2):
+        edges, broken, crowded = _edges(regions, folds)
         borders = Borders.of(edges, width, PIXEL, regions)
         pieces, bad = pieces_between(borders, edges, width, PIXEL)
+        if bad.size == 0 or folds.edge.size == 0:
+            break
+        folds = away_from(folds, bad, regions)
     crossed = distinct(np.append(borders.cells, crowded))
     sure = searched(geometry, faces) and not bad.size
     region = _whole_regions(regions, crossed, borders if sure else None)
