@@ -1,4 +1,9 @@
-"""What every pixel shows: one region, or pieces of several."""
+"""What every pixel shows: one region, or pieces of several.
+
+Visible edges are found (see `candidate_edges`, `visible_folds`) and cut pixel by pixel (`edge_fragments`); what they
+bound there is summed (`moments`), and the pixels between them are told in runs. Pixels that hold too many edges, or
+whose books do not balance, are sampled (`sampled`).
+"""
 
 from __future__ import annotations
 
