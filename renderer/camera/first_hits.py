@@ -159,9 +159,7 @@ def first_hits(geometry: Geometry, origin: Floats, d: Floats, corners: Floats | 
     return hits_at(geometry, origin, d, nearest_surfaces(geometry, origin, d, corners, frames))
 
 
-def nearest_surfaces(
-    geometry: Geometry, origin: Floats, d: Floats, corners: Floats | None = None, frames: int = 1
-) -> Seen:
+def nearest_surfaces(geometry: Geometry, origin: Floats, d: Floats, corners: Floats | None, frames: int = 1) -> Seen:
     """What each ray meets first.
 
     Parameters
@@ -170,7 +168,7 @@ def nearest_surfaces(
         Common origin.
     d : (3, n) float64
         Directions, of any length.
-    corners : (3, 3) float64, optional
+    corners : (3, 3) float64 or None
         Directions c, c + u and c + v through three corners of a pixel, so that d is a multiple of
         c + x u + y v: what is found about the image plane is kept for further calls. None: every ray tests
         every triangle.

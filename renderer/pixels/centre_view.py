@@ -14,9 +14,9 @@ from nusselt.renderer.geometry.ragged import take
 from nusselt.renderer.lights import around
 from nusselt.renderer.scene import Scene
 from nusselt.renderer.shading import ShadingPoints
-from nusselt.renderer.vectors import Bools, Floats, Ints, column, dot, unit
+from nusselt.renderer.vectors import Bools, Floats, Ints, alike, column, dot, unit
 
-from .faces import PLANE
+from .faces import plane_keys
 
 SPAN = 7 * 7
 """Pixels of the least square between whose 4 x 4 nodes something is interpolated."""
@@ -80,12 +80,7 @@ class CentreView:
             return found
         one, of = _standing_for(self.seen.triangle[k])
         points, surface = self.points(k[one]), self.surface[k[one]]
-        size = max(float(np.abs(points.position).max()), np.finfo(float).tiny)
-        keys = np.rint(np.vstack((points.normal, dot(points.normal, points.position) / size)) / PLANE + 0.1234)
-        order = np.lexsort((surface, *keys))
-        apart = (np.diff(keys[:, order]) != 0).any(axis=0) | (np.diff(surface[order]) != 0)
-        number = np.empty(one.size, dtype=np.int64)
-        number[order] = np.append(0, np.cumsum(apart))
+        _, number, _ = alike(np.vstack((plane_keys(points.normal, points.position), surface)))
         found[k] = number[of]
         return found
 

@@ -64,7 +64,7 @@ class Poles:
 
         Of each line the place that is nearest to the point stands for all: radii are up to 4 % too large.
         """
-        (row, d, position), (across, down) = _seen(regions, x, y, surface), _steps(regions)
+        (row, d, position), (across, down) = _seen(regions, x, y, surface), regions.lens.steps
         s, slope, rise = dot(row, d), dot(row, across), dot(row, down)
         corners = _corners(light) - regions.lens.origin
         best, place = np.full(x.size, np.inf), np.zeros((3, x.size))
@@ -194,12 +194,6 @@ def _cells(needed: Floats) -> Ints:
     return cells.astype(np.int64)
 
 
-def _steps(regions: Regions) -> tuple[Floats, Floats]:
-    """What a pixel across, and one down, adds to directions (3, 1)."""
-    lens = regions.lens
-    return 2 * lens.right / lens.width, -2 * lens.up / lens.height
-
-
 def _seen(regions: Regions, x: Floats, y: Floats, surface: Ints) -> tuple[Floats, Floats, Floats]:
     """Of image points of faces: the faces' nearness by direction, the directions, and the ways there, (3, n) each."""
     row, d = regions.pencil.planes.nearness[:, regions.faces.triangle[surface]], regions.lens.directions(x, y)
@@ -222,7 +216,7 @@ def _near_faces(regions: Regions, light: Light, widest: float) -> Bools:
     gap = np.maximum(gap, hull.min(axis=1)[:, None] - np.maximum.reduce(corners))
     distance = np.maximum(np.sqrt(dot(gap, gap)), over.min(axis=0))
     row, bend = regions.pencil.planes.nearness, np.zeros(deep.size)
-    for step in _steps(regions):
+    for step in lens.steps:
         b = step[:, :, None] - dot(row, step)[:, None] * (hull - lens.origin)[:, None]
         bend += dot(b, b).max(axis=1)
     lit = (deep > 0) & (over.max(axis=0) > 0)

@@ -22,6 +22,7 @@ from nusselt.renderer.needs import Source
 from nusselt.renderer.vectors import Floats, Ints, dot, unit
 from nusselt.renderer.visibility.bvh import morton
 
+from .folds import clipped
 from .regions import Regions
 from .shadow_edges import FLAT, shadow_edges
 
@@ -74,9 +75,8 @@ def footprints(
     points, lens, surface = regions.points(x, y, region), regions.lens, region % regions.surfaces
     d, to = lens.directions(x, y), points.position - lens.origin
     away, down = np.sqrt(dot(to, to) / dot(d, d)), dot(d, points.normal)
-    steps = 2 * lens.right / lens.width, 2 * lens.up / lens.height
-    turn = [dot(step, points.normal) / np.where(down == 0, 1.0, down) for step in steps]
-    sides = [away * (step - d * share) for step, share in zip(steps, turn, strict=True)]  # on its plane
+    turn = [dot(step, points.normal) / np.where(down == 0, 1.0, down) for step in lens.steps]
+    sides = [away * (step - d * share) for step, share in zip(lens.steps, turn, strict=True)]  # on its plane
     length, reach = [np.sqrt(dot(side, side)) for side in sides], np.zeros(x.size)
     if around is not None:
         # The plane's point s beside the middle one, in pixels, is sides . s / (1 + turn . s) away from it.
@@ -210,15 +210,7 @@ def _above(position: Floats, normal: Floats, start: Floats, end: Floats) -> tupl
     """Between which shares of their length edges (3, n) are above the planes of surfaces at positions (3, n)."""
     a = start - position
     height, rise = dot(normal, a) - FLAT * np.sqrt(dot(a, a)), dot(normal, end - start)
-    return _clipped(np.zeros(height.size), np.ones(height.size), height, rise)
-
-
-def _clipped(low: Floats, high: Floats, value: Floats, slope: Floats) -> tuple[Floats, Floats]:
-    """The part of [low, high] where value + s slope is not below 0; high < low where there is none."""
-    root = -value / np.where(slope == 0, 1.0, slope)
-    low = np.where(slope > 0, np.maximum(low, root), low)
-    high = np.where(slope < 0, np.minimum(high, root), high)
-    return low, np.where((slope == 0) & (value < 0), -1.0, high)
+    return clipped(np.zeros(height.size), np.ones(height.size), height, rise)
 
 
 def _cones(parts: Footprints, light: Light, span: float) -> Cone:
@@ -281,8 +273,8 @@ class Cone:
         """
         a, e, k = start - self.position, end - start, self.k
         t, along = dot(self.axis, a), dot(self.axis, e)
-        low, high = _clipped(low, high, self.farthest - t, -along)
-        low, high = _clipped(low, high, t + self.radius, along)
+        low, high = clipped(low, high, self.farthest - t, -along)
+        low, high = clipped(low, high, t + self.radius, along)
         wide = self.radius + k * t
         square = dot(e, e) - along**2 - (k * along) ** 2
         half = dot(a, e) - t * along - k * along * wide

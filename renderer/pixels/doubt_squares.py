@@ -132,7 +132,6 @@ def _steep(regions: Regions, x: Floats, y: Floats, region: Ints, around: Floats)
     steep = np.zeros(x.size, dtype=bool)
     k = np.flatnonzero(surface < regions.faces.count)
     row = regions.pencil.planes.nearness[:, regions.faces.triangle[surface[k]]]
-    near, steps = dot(row, lens.directions(x[k], y[k])), (2 * lens.right / lens.width, 2 * lens.up / lens.height)
-    change = sum(np.abs(dot(row, step)) * half for step, half in zip(steps, around[:, k], strict=True))
-    steep[k] = change > STEEP * near
+    change = sum(np.abs(dot(row, step)) * half for step, half in zip(lens.steps, around[:, k], strict=True))
+    steep[k] = change > STEEP * dot(row, lens.directions(x[k], y[k]))
     return steep

@@ -10,7 +10,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from nusselt.renderer.vectors import Floats, Ints
+from nusselt.renderer.geometry.ragged import expand
+from nusselt.renderer.vectors import Floats, Ints, alike
 
 from .candidate_edges import Lines
 
@@ -52,13 +53,6 @@ class Bits:
         """One after the other."""
         names = [part.name for part in fields(cls)]
         return cls(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
-
-
-def expand(counts: Ints) -> tuple[Ints, Ints]:
-    """Owner and rank within it of each of ``counts`` (n,) things."""
-    owner = np.repeat(np.arange(counts.size), counts)
-    first = np.cumsum(counts) - counts
-    return owner, np.arange(owner.size) - first[owner]
 
 
 def one_by_one(owner: Ints, t: Floats) -> Ints:
@@ -190,7 +184,4 @@ def _once(bits: Bits) -> Bits:
     middle = (bits.start + bits.end) / 2
     tilt = np.abs(bits.end - bits.start)
     keys = np.vstack((bits.cell, np.floor(np.vstack((middle, tilt)) / (4 * SAME) + 0.3137)))
-    order = np.lexsort(keys)
-    new = np.ones(order.size, dtype=bool)
-    new[1:] = (np.diff(keys[:, order]) != 0).any(axis=0)
-    return bits.take(np.sort(order[new]))
+    return bits.take(np.sort(alike(keys)[0]))

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.vectors import Floats, Ints, dot, unit
+from nusselt.renderer.geometry.ragged import take
+from nusselt.renderer.vectors import Floats, Ints, alike, dot, unit
 
 PLANE = 1e-8
 """Planes closer than this (unit normals; offsets relative to the scene) are one."""
@@ -52,37 +53,26 @@ def find_faces(geometry: Geometry) -> Faces:
     """Group triangles into faces and list the edges between them."""
     g = geometry
     if g.triangles == 0:
-        nothing = np.zeros(0, dtype=np.int64)
-        return Faces(
-            nothing,
-            nothing,
-            np.zeros((3, 0)),
-            np.zeros((3, 0)),
-            np.zeros((2, 0), dtype=np.int64),
-            np.zeros((3, 0), dtype=np.int64),
-        )
-    normal = unit(g.normal)
-    middle = g.a.mean(axis=1, keepdims=True)
-    size = max(float(np.abs(g.a - middle).max()), np.finfo(float).tiny)
-    plane = np.vstack((normal, dot(normal, g.a - middle) / size)) / PLANE
-    keys = np.vstack((np.rint(plane + 0.1234), g.triangle_surface))
-    first, face, _ = alike(keys)
+        ends, numbers = np.zeros((3, 0)), np.zeros((3, 0), dtype=np.int64)
+        return Faces(numbers[0], numbers[0], ends, ends, numbers[:2], numbers)
+    planes = plane_keys(unit(g.normal), g.a - g.a.mean(axis=1, keepdims=True))
+    first, face, _ = alike(np.vstack((planes, g.triangle_surface)))
     return Faces(face, first, *_outline(g, face))
 
 
-def alike(rows: Floats | Ints) -> tuple[Ints, Ints, Ints]:
-    """Of the columns of rows (k, n): the first of each kind, in order, each column's kind, and how many are of each.
+def plane_keys(normal: Floats, position: Floats) -> Floats:
+    """Whole numbers (4, n), the same for planes that are one: those through places (3, n) with unit normals."""
+    size = max(float(np.abs(position).max()), np.finfo(float).tiny)
+    return np.rint(np.vstack((normal, dot(normal, position) / size)) / PLANE + 0.1234)
 
-    What `numpy.unique` says of an axis, by sorting one row after the other.
-    """
-    order = np.lexsort(rows[::-1])
-    inorder = rows[:, order]
-    new = np.ones(order.size, dtype=bool)
-    new[1:] = (inorder[:, 1:] != inorder[:, :-1]).any(axis=0)
-    kind = np.empty(order.size, dtype=np.int64)
-    kind[order] = np.cumsum(new) - 1
-    at = np.flatnonzero(new)
-    return order[at], kind, np.diff(np.append(at, order.size))
+
+def apex(g: Geometry, triangle: Ints, start: Floats, end: Floats) -> Floats:
+    """The corner (3, s) of each triangle that is not an end of its edge."""
+    found = take(g.a, triangle)
+    for corner in (g.b, g.c):
+        on_edge = (found == start).all(axis=0) | (found == end).all(axis=0)
+        found = np.where(on_edge, take(corner, triangle), found)
+    return found
 
 
 def _outline(g: Geometry, face: Ints) -> tuple[Floats, Floats, Ints, Ints]:

@@ -116,9 +116,8 @@ def first_values(
     items = Items.of(pixel, region.ravel()[pixel], pieces.take(part), value, width)
     unsure = np.concatenate((alone.ravel()[pixel], own[part]))
     free = partial(shade.free, regions, needs)
-    lone = _estimate(
-        items, free, known, unsure, np.append(np.zeros(pixel.size, dtype=bool), rough[part]), _may_end(needs)
-    )
+    whole = np.zeros(pixel.size, dtype=bool)
+    lone = _estimate(items, free, known, unsure, np.append(whole, rough[part]), _may_end(needs))
     if reach is not None:
         told = np.append(reach.pixel.ravel()[pixel], reach.piece[part])
         told[lone] /= 2  # of what is told from one side
@@ -127,9 +126,8 @@ def first_values(
     lit = found.piece * pieces.area
     square = float(np.einsum("chw,chw->", image, image)) + float(np.einsum("ck,ck->", lit, lit))
     settled = float(np.einsum("hw,hw->", found.bound, found.bound, dtype=np.float64))
-    settled += float(((found.piece_bound * pieces.area) ** 2).sum()) + shares_error(
-        pieces.cell, found.piece, shown.sampled
-    )
+    sampled = shares_error(pieces.cell, found.piece, shown.sampled)
+    settled += float(((found.piece_bound * pieces.area) ** 2).sum()) + sampled
     if small:
         fitted = small.items(regions, needs, shade, (FITTED * tolerance, square))
         of_pieces = np.flatnonzero(~fitted.whole)

@@ -17,7 +17,7 @@ from nusselt.renderer.geometry.ragged import BLOCK, Cells, take
 from nusselt.renderer.vectors import Bools, Floats, Ints, cross, dot, unit
 
 from .bodies import bodies, shared_sides
-from .faces import Faces
+from .faces import Faces, apex
 from .projection import Lens
 
 FEW = 200
@@ -90,8 +90,8 @@ def folds_of(geometry: Geometry, faces: Faces, lens: Lens, creased: Bools, far: 
     normal = unit(cross(start, end))
     side = []
     for triangle in faces.beside[:, edge]:
-        apex = _apex(geometry, triangle, faces.start[:, edge], faces.end[:, edge]) - lens.origin
-        side.append(dot(normal, unit(apex)))
+        corner = apex(geometry, triangle, faces.start[:, edge], faces.end[:, edge])
+        side.append(dot(normal, unit(corner - lens.origin)))
     face = faces.of_triangle[faces.beside[:, edge]]
     plain: Bools = np.asarray(~creased.any(axis=0))
     folded = (np.abs(side) > SEEN).all(axis=0) & (side[0] * side[1] < 0) & plain[face].all(axis=0)
@@ -102,15 +102,6 @@ def folds_of(geometry: Geometry, faces: Faces, lens: Lens, creased: Bools, far: 
     swapped = side[0] * turn > 0
     hidden: Bools = np.asarray(far[faces.beside[:, edge]].all(axis=0))
     return Folds(edge, np.where(swapped, face[::-1], face), hidden).take(np.flatnonzero(folded))
-
-
-def _apex(g: Geometry, triangle: Ints, start: Floats, end: Floats) -> Floats:
-    """The corner (3, s) of each triangle that is not an end of its edge."""
-    apex = take(g.a, triangle)
-    for corner in (g.b, g.c):
-        other = ((apex == start).all(axis=0)) | ((apex == end).all(axis=0))
-        apex = np.where(other, take(corner, triangle), apex)
-    return apex
 
 
 @lru_cache(maxsize=2)

@@ -17,9 +17,10 @@ from typing import TypeAlias
 
 import numpy as np
 
+from nusselt.renderer.geometry.ragged import expand
 from nusselt.renderer.vectors import Floats, Ints, distinct
 
-from .edge_fragments import Bits, expand, one_by_one
+from .edge_fragments import Bits, one_by_one
 from .regions import Regions
 
 Grid: TypeAlias = tuple[int, int]
@@ -90,15 +91,13 @@ def upwards(bits: Bits, left: Ints, right: Ints) -> Edges:
 
 def visible_edges(bits: Bits, regions: Regions) -> Edges:
     """The bits whose two sides show different regions; each upwards in y."""
-    turned = bits.start[1] > bits.end[1]
-    start, end = np.where(turned, bits.end, bits.start), np.where(turned, bits.start, bits.end)
-    d = end - start
+    d = bits.end - bits.start
     d = d / np.sqrt((d * d).sum(axis=0))
-    x, y = (start + end) / 2
+    x, y = (bits.start + bits.end) / 2
     across, down = bits.reach * d[1], bits.reach * d[0]
     left, right = np.split(regions.seen(np.append(x - across, x + across), np.append(y + down, y - down)), 2)
     seen = np.flatnonzero(left != right)
-    return Edges(Bits(start, end, bits.cell, bits.reach).take(seen), left[seen], right[seen])
+    return upwards(bits.take(seen), left[seen], right[seen])
 
 
 @dataclass(frozen=True, eq=False)

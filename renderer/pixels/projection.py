@@ -48,6 +48,11 @@ class Lens:
         x, y = x - HAIR[0], y - HAIR[1]
         return self.look + (2 * x / self.width - 1) * self.right + (1 - 2 * y / self.height) * self.up
 
+    @property
+    def steps(self) -> tuple[Floats, Floats]:
+        """What a pixel across, and one down, adds to directions (3, 1)."""
+        return 2 * self.right / self.width, -2 * self.up / self.height
+
     def project(self, start: Floats, end: Floats) -> tuple[Floats, Floats, Ints]:
         """Segments (3, s) in front of the camera as pixel positions (2, k) each, and which they were (k,)."""
         a, b = self._depths(start), self._depths(end)

@@ -43,7 +43,7 @@ from .shade import Shader
 
 Doubt = Callable[[Floats, Floats, Ints, float], NDArray[np.bool_]]
 """From image points (n,), their regions and a width in pixels to where a shadow fits in that (see `doubt`)."""
-Budget = Callable[[float], float]
+Allowed = Callable[[float], float]
 """From the items' `Items.square`, as far as known, to the sum of squared errors they may have."""
 UNSEEN = 0.25
 """Of the unshadowed radiance, that a shadow which fits in a pixel may be worth."""
@@ -161,18 +161,18 @@ class Nodes:
 
 
 def refine(
-    items: Items, edges: Edges, regions: Regions, shade: Shader, budget: Budget, jumps: bool, doubt: Doubt
+    items: Items, edges: Edges, regions: Regions, shade: Shader, allowed: Allowed, jumps: bool, doubt: Doubt
 ) -> float:
-    """Refine items in place until the sum of squared estimates is below their budget; returns that sum."""
+    """Refine items in place until the sum of squared estimates is below what is allowed; returns that sum."""
     rule = JUMPS if jumps else SMOOTH
     if jumps:
         items.estimate *= 2
         items.lost[:] = 0
-    chosen = distinct(np.append(_worst(items, budget(items.square) / 2), np.flatnonzero(items.dark)))
+    chosen = distinct(np.append(_worst(items, allowed(items.square) / 2), np.flatnonzero(items.dark)))
     while chosen.size:
         _evaluate(items, chosen, edges, regions, shade, rule, doubt)
-        allowed = budget(items.square)
-        chosen = _worst(items, allowed / 2) if _left(items) > allowed else chosen[:0]
+        budget = allowed(items.square)
+        chosen = _worst(items, budget / 2) if _left(items) > budget else chosen[:0]
     return _left(items)
 
 

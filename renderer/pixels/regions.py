@@ -32,6 +32,7 @@ from .projection import Lens
 BLOCKS = (128, 64, 32, 16)
 """Pixels a side of the blocks whose triangles are looked up; small ones only where there are many triangles."""
 MANY = 200
+"""Triangles from which on small blocks are looked up, and what closed bodies hide by themselves."""
 FEW = 1 << 19
 """Pairs of a ray and a triangle that cost less than the looking up."""
 BIG = 1024

@@ -9,9 +9,10 @@ import numpy as np
 from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.flat_disks import disk_rim
 from nusselt.renderer.lights import Light
-from nusselt.renderer.vectors import Floats, Ints, cross, dot, frame, transform
+from nusselt.renderer.vectors import Floats, cross, dot, frame, transform
 
 from .candidate_edges import crossings, disk_cuts
+from .faces import apex
 from .regions import Regions
 
 SIDES = 64
@@ -42,20 +43,13 @@ def _turning(regions: Regions, light: Light) -> tuple[Floats, Floats]:
     hull = light.hull()
     side = np.zeros((2, faces.start.shape[1]))
     for row, triangle in zip(side, faces.beside, strict=True):
-        apex = _apex(g, triangle, faces.start, faces.end)
-        normal = cross(faces.end - faces.start, apex - faces.start)
+        corner = apex(g, triangle, faces.start, faces.end)
+        normal = cross(faces.end - faces.start, corner - faces.start)
         to = hull[:, :, None] - (0.0 if light.at_infinity else 1.0) * faces.start[:, None]
         height, slack = dot(normal[:, None], to), FLAT * np.sqrt(dot(normal, normal) * dot(to, to).max(axis=0))
         row[:] = (height > slack).all(axis=0) * 1.0 - (height < -slack).all(axis=0)
     kept = np.flatnonzero((side[0] * side[1] >= 0) | (faces.beside[0] < 0))
     return faces.start[:, kept], faces.end[:, kept]
-
-
-def _apex(g: Geometry, triangle: Ints, start: Floats, end: Floats) -> Floats:
-    """The corner (3, s) of each triangle that is not an end of its edge."""
-    corners = np.stack([corner[:, triangle] for corner in (g.a, g.b, g.c)])
-    away = np.minimum(*(((corners - at) ** 2).sum(axis=1) for at in (start, end)))
-    return np.asarray(corners[away.argmax(axis=0), :, np.arange(triangle.size)].T)
 
 
 def _rim(g: Geometry, index: int) -> tuple[Floats, Floats]:

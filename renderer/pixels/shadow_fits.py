@@ -226,16 +226,8 @@ def _fit(places: Places, patch: Ints, active: Ints, asked: Ints, before: Floats)
     mine, count = np.searchsorted(names, patch[asked]), names.size
     size = np.bincount(group, minlength=count)
     middle = [np.bincount(group, v[active], count) / size for v in (places.x, places.y)]
-    spread = (
-        np.sqrt(
-            sum(
-                np.bincount(group, (v[active] - m[group]) ** 2, count)
-                for v, m in zip((places.x, places.y), middle, strict=True)
-            )
-            / size
-        )
-        + 1e-300
-    )
+    away = [v[active] - m[group] for v, m in zip((places.x, places.y), middle, strict=True)]
+    spread = np.sqrt(sum(np.bincount(group, way**2, count) for way in away) / size) + 1e-300
 
     def basis(index: Ints, group: Ints) -> Floats:
         u, v = ((w[index] - m[group]) / spread[group] for w, m in zip((places.x, places.y), middle, strict=True))

@@ -30,7 +30,7 @@ def on_small_faces(face: Ints, body: Ints) -> Bools:
     return np.asarray((small & many[np.maximum(body, 0)])[place])
 
 
-def bodies(regions: Regions, region: Ints) -> Ints:
+def surfaces_of(regions: Regions, region: Ints) -> Ints:
     """The surface of the scene's table that each region (n,) is a face of; -1 for what is round."""
     faces, surface = regions.faces, region % max(regions.surfaces, 1)
     flat = surface < faces.count
@@ -73,7 +73,7 @@ class SmallFaces:
             return None
         every = np.flatnonzero(region >= 0)
         which = np.append(region.ravel()[every], pieces.region)
-        body = bodies(regions, which)
+        body = surfaces_of(regions, which)
         small = on_small_faces(which, body)
         if not small.any():
             return None
@@ -97,7 +97,7 @@ class SmallFaces:
         _, face = np.unique(region, return_inverse=True)
         worst = np.zeros(int(face.max()) + 1)
         np.maximum.at(worst, face, 1.0 * self.doubt)
-        places = Places.of(x, y, area, face, bodies(regions, region), free, worst[face] * most)
+        places = Places.of(x, y, area, face, surfaces_of(regions, region), free, worst[face] * most)
         fit_shadows(places, lambda k: shade(x[k], y[k], region[k]), *asked)
         lost = np.where(self.doubt, places.worth * most, 0.0)
         estimate = np.maximum(places.error / np.where(places.known, 1.0, np.sqrt(area)), lost) * area

@@ -33,7 +33,9 @@ from nusselt.renderer.visibility.segments import small_triangles
 from .sobol import scrambled
 
 MANY = 40_000
-"""Small triangles beyond which pixels are sampled: cutting each face out of its pixels takes minutes there."""
+"""Small triangles beyond which pixels are sampled. A ball of 36,000 takes 1.0 s cut exactly to 1e-2 and 3.1 s to 1e-3,
+sampled 1.2 and 14 s; one of 101,000 takes 5.9 and 7.4 s cut; the scene `mesh`, 100,000 rough facets, 20 and 86 s cut,
+1.5 and 26 s sampled."""
 REPLICAS = 4
 FRAMES = 4
 """Of each copy, in the first round."""

@@ -1,4 +1,9 @@
-"""What every pixel shows: one region, or pieces of several."""
+"""What every pixel shows: one region, or pieces of several.
+
+Visible edges are found (see `candidate_edges`, `visible_folds`) and cut pixel by pixel (`edge_fragments`); what they
+bound there is summed (`moments`), and the pixels between them are told in runs. Pixels that hold too many edges, or
+whose books do not balance, are sampled (`sampled`).
+"""
 
 from __future__ import annotations
 
@@ -57,13 +62,13 @@ def shown_by(regions: Regions, tolerance: float) -> Shown:
     """
     geometry, faces, width, height = regions.geometry, regions.faces, regions.lens.width, regions.lens.height
     folds = folds_of(geometry, faces, regions.lens, regions.creased[:, : faces.count], regions.far)
-    edges, broken, crowded = _edges(regions, folds)
-    borders = Borders.of(edges, width, PIXEL, regions)
-    pieces, bad = pieces_between(borders, edges, width, PIXEL)
-    if bad.size and folds.edge.size:
-        edges, broken, crowded = _edges(regions, away_from(folds, bad, regions))
+    for _ in range(2):
+        edges, broken, crowded = _edges(regions, folds)
         borders = Borders.of(edges, width, PIXEL, regions)
         pieces, bad = pieces_between(borders, edges, width, PIXEL)
+        if bad.size == 0 or folds.edge.size == 0:
+            break
+        folds = away_from(folds, bad, regions)
     crossed = distinct(np.append(borders.cells, crowded))
     sure = searched(geometry, faces) and not bad.size
     region = _whole_regions(regions, crossed, borders if sure else None)

@@ -121,10 +121,8 @@ class CommonVisibility:
             seen_edges = silhouette(outline, eye, at_infinity)
             if seen_edges is None:
                 continue
-            x, y, depth = project(outline, take(points, mine), eye, at_infinity)
-            if not at_infinity:
-                x = np.where(depth > 0, x, np.inf)
-            hidden[mine] = _turned_to(winding(seen_edges, x, y), None if outside is None else take(outside, mine)) != 0
+            around = None if outside is None else take(outside, mine)
+            hidden[mine] = _turned_faces(outline, seen_edges, take(points, mine), eye, at_infinity, around) != 0
         # What the winding number counts may lie behind the point, unless the whole box lies before it.
         k = np.flatnonzero(hidden)
         unsure = np.append(np.flatnonzero(few), k[~self._beyond(take(points, k), take(d, k))])
@@ -146,9 +144,8 @@ class CommonVisibility:
             mine, eye = np.flatnonzero(of == number), eyes[:, [number]]
             edges = _silhouette(self.outline, eye.tobytes())
             if edges is not None:
-                x, y, depth = project(self.outline, take(points, mine), eye, False)
                 around = None if outside is None else take(outside, mine)
-                found[mine] = _turned_to(winding(edges, np.where(depth > 0, x, np.inf), y), around)
+                found[mine] = _turned_faces(self.outline, edges, take(points, mine), eye, False, around)
         k = np.flatnonzero(found)
         unsure = k[~self._beyond(take(points, k), take(d, k))]
         # Into a closed surface and out of it again: two crossings a layer.
@@ -165,10 +162,14 @@ class CommonVisibility:
         return np.asarray(np.fmin(first, second).max(axis=0) > 0)
 
 
-def _turned_to(faces: Ints, outside: Bools | None) -> Ints:
-    """How many of the ``faces`` (n,) turned to the light on a point's ray may block it: not the point's own, if alone.
+def _turned_faces(
+    outline: Outline, edges: Silhouette, points: Floats, eye: Floats, at_infinity: bool, outside: Bools | None
+) -> Ints:
+    """How many faces turned to the light may block each point's ray (n,): not the point's own, if alone.
 
     A point on the outside has a winding number of 0 in space before it, and so has the light point: between them
     the ray goes in as often as out. Where its own face is the only way in, nothing is between.
     """
+    x, y, depth = project(outline, points, eye, at_infinity)
+    faces = winding(edges, x if at_infinity else np.where(depth > 0, x, np.inf), y)
     return faces if outside is None else np.where(outside & (faces == 1), 0, faces)

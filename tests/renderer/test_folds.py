@@ -15,13 +15,13 @@ from nusselt.renderer.geometry.arrays import build_geometry
 from nusselt.renderer.lights import DiskLight, QuadLight
 from nusselt.renderer.pixels import folds as folds_module
 from nusselt.renderer.pixels import whole_pixels
-from nusselt.renderer.pixels.faces import alike, find_faces
+from nusselt.renderer.pixels.faces import find_faces
 from nusselt.renderer.pixels.folds import contacts, folds_of
 from nusselt.renderer.pixels.shade import regions_of
 from nusselt.renderer.pixels.whole_pixels import shown_by
 from nusselt.renderer.scene import Camera
 from nusselt.renderer.surfaces import Ellipsoid, Material, Mesh
-from nusselt.renderer.vectors import dot
+from nusselt.renderer.vectors import alike, dot
 
 RED = Material((0.7, 0.1, 0.1))
 SIZE = (64, 48)

@@ -121,7 +121,7 @@ class Strips:
     count: Ints
 
     @classmethod
-    def of(cls, cut: Pieces, rim: Rim, start: Ints, at: Floats, jump: Ints, merging: Merging | None = None) -> Strips:
+    def of(cls, cut: Pieces, rim: Rim, start: Ints, at: Floats, jump: Ints, merging: Merging | None) -> Strips:
         """With ``start`` layers before the first corner; ``at``, ``jump``: see `contour.on_left`."""
         base, each = 2.0 * cut.owner, 2.0 * np.arange(start.size)
         low, high = base + cut.q.min(axis=0), base + cut.q.max(axis=0)
@@ -168,7 +168,7 @@ def extra_layers(
     at: Floats,
     jump: Ints,
     frame: LightFrame,
-    merging: Merging | None = None,
+    merging: Merging | None,
 ) -> tuple[Floats, Floats, Floats]:
     """int f (w - 1)+ over the light, (n,), and what its error is made of: see `Strips.of`.
 
