@@ -156,7 +156,7 @@ def _beside(items: Items, close: Ints, shade: Shade, convergence: Convergence) -
     lost = UNSEEN * most * items.area[close]
     items.lost[close] = np.maximum(items.lost[close], lost)
     items.estimate[close] = np.maximum(items.estimate[close], lost)
-    items.most[:, close] = np.where(shadowed, items.most[:, close], cells)
+    items.most[:, close] = np.where(shadowed, np.maximum(items.most[:, close], cells), cells)
 
 
 def _price(regions: Regions, needs: Needs) -> Price:

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from builders import floor, scene
+from builders import box, floor, scene
 
 from nusselt.experiments.scenes.cameras import turned
 from nusselt.experiments.studies.race.scenes import race_scene
-from nusselt.renderer.estimators import Analytic
-from nusselt.renderer.lights import PointLight
+from nusselt.renderer.estimators import Analytic, Exact
+from nusselt.renderer.lights import PointLight, QuadLight
 from nusselt.renderer.pixels import render_area
 from nusselt.renderer.pixels.convergence import Convergence
 from nusselt.renderer.pixels.fill import fill
@@ -76,6 +76,14 @@ def test_a_peak_of_all_directions_within_a_pixel_is_not_missed():
     missed = made.image.mean[:, 32:34] - truth
     assert math.sqrt((missed**2).sum() / (made.image.mean**2).sum()) < 1e-3
     assert made.error < 1e-3
+
+
+def test_where_shadows_fit_beside_a_light_pixels_are_divided_as_finely_as_elsewhere():
+    """A light stands on the floor behind a box: the error was said to be 2 tolerances, and nothing could mend it."""
+    light = QuadLight((-2.0, 0.0, -2.0), (0.0, 3.0, 0.0), (4.0, 0.0, 0.0), (3.0, 3.0, 3.0))
+    camera = Camera((0.3, 1.0, 4.0), (0.0, 0.5, -0.5), (0.0, 1.0, 0.0), 38.0)
+    view = scene(floor(), box((-0.6, 0.0, -0.6), (0.6, 0.8, 0.6)), lights=(light,), camera=camera, size=(24, 24))
+    assert render_area(view, Exact(), tolerance=1e-3).error < 1e-3
 
 
 def test_the_radius_is_the_distance_to_the_light_in_pixels():
