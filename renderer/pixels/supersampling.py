@@ -248,26 +248,21 @@ class Crowd:
         return float((self.mean**2).sum())
 
     def variance(self) -> Floats:
-        """Of the means' radiance, summed over the channels, (n,): pooled over the pixels of 3 x 3 of one kind."""
+        """Of the means' radiance, summed over the channels, (n,): pooled over the pixels of 3 x 3.
+
+        Those of which all but the shadow is known apart from others, which may show a silhouette that no place met.
+        """
         own = self.radiance().var(axis=0, ddof=1).sum(axis=0) / REPLICAS
         row, across = np.divmod(self.pixel, self.shape[1])
-        kind = self._kind()
+        kind = self.known.astype(np.int64)
         # Pooled per frame: neighbours may have had another number of them.
-        sums = np.zeros((2, int(kind.max(initial=0)) + 1, self.shape[0] + 2, self.shape[1] + 2))
+        sums = np.zeros((2, 2, self.shape[0] + 2, self.shape[1] + 2))
         for dy in range(3):
             for dx in range(3):
                 sums[0, kind, row + dy, across + dx] += own * self.frames
                 sums[1, kind, row + dy, across + dx] += 1
         pooled = sums[0, kind, row + 1, across + 1] / sums[1, kind, row + 1, across + 1]
         return np.asarray(pooled / self.frames)
-
-    def _kind(self) -> Ints:
-        """Whose spread is alike, (n,): pixels of which all is known but the shadow; those with a silhouette; others."""
-        if self.work.sums < 9:
-            return np.zeros(self.pixel.size, dtype=np.int64)
-        places = REPLICAS * self.frames
-        mixed = (np.abs(self.total[:, 6:].sum(axis=0) - places / 2) < places / 2 - 0.5).any(axis=0)
-        return np.where(self.known, 0, np.where(mixed, 1, 2))
 
     def refine(self, budget: float, most: int = MOST) -> Floats:
         """Sample on until the sum of squared errors (n,) is at most ``budget``, or a pixel has the ``most`` frames.

@@ -101,3 +101,16 @@ def test_what_places_contradict_is_not_believed(ball):
     assert 0 < np.count_nonzero(crowd.known) < crowd.pixel.size
     assert (drawn(ball, crowd.pixel[crowd.known], 4)[2] > 0.5).all()
     assert (crowd.share[:, crowd.known] == 0).all()
+
+
+def test_a_pixel_beside_a_silhouette_is_doubted_unless_faces_fill_it(ball):
+    """Three pixels side by side; the copies differ in the middle one alone."""
+    total = np.zeros((crowded.REPLICAS, 9, 3))
+    total[:, :3, 1] = np.arange(crowded.REPLICAS)[:, None]
+    total[:, 8, 2] = 4
+    crowd = crowded.Crowd(
+        crowded.Frames(ball, 1e-3), (SIDE, SIDE), None, np.arange(3), total, np.full(3, 4), np.full((3, 3), np.nan)
+    )
+    assert (crowd.variance() > 0).all()
+    crowd.know(np.ones((3, 3)))
+    assert (crowd.variance() > 0).tolist() == [True, True, False]
