@@ -21,6 +21,7 @@ from nusselt.renderer.visibility.segments import small_triangles
 
 from .centre_view import CentreView
 from .centres import CentreShader, allowed
+from .face_means import unshadowed_means
 from .fill import fill_centres
 from .first_estimates import means
 from .supersampling import CentreFrames, Crowd, Frames, around_agrees, is_crowded, touched
@@ -42,7 +43,7 @@ def render_crowded(
 
     What a large triangle shows between the centres of nine pixels of one plane, thinner than a pixel, is lost.
     """
-    near, geometry, _ = prepare(scene)
+    near, geometry, needs = prepare(scene)
     height, width = scene.height, scene.width
     view = CentreView.of(near, geometry)
     plane = view.planes()
@@ -52,15 +53,16 @@ def render_crowded(
     shade = CentreShader(scene, estimator, executor, tolerance, view)
     busy = np.flatnonzero(~plain)
     crowd = Crowd.begun(Frames(scene, tolerance), busy, executor)
+    if tolerance < ROUGH:
+        crowd.know(unshadowed_means(near, geometry, needs, busy, tolerance))
     centre, settled, budget = fill_beside(crowd, region, shade, tolerance)
     left = float(crowd.refine(budget).sum())
     image = means(centre, region)
     image[:, region < 0] = 0
     image += np.where(plain, view.emission.reshape(3, height, width), 0)
-    found = crowd.mean
-    image.reshape(3, -1)[:, busy] = found[:3]
+    image.reshape(3, -1)[:, busy] = crowd.mean
     emitter, background = (v.reshape(height, width).astype(float) for v in (view.emitter, view.background))
-    for share, part in ((emitter, found[3]), (background, found[4])):
+    for share, part in zip((emitter, background), crowd.share, strict=True):
         share.reshape(-1)[busy] = part
     shaded = (emitter == 0) & (background < 1)
     square = float((image[:, shaded] ** 2).sum())

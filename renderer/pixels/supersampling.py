@@ -90,14 +90,16 @@ def around_agrees(label: Ints) -> Bools:
 class Frames:
     """A piece of work: frames ``first`` to ``last`` of all copies, in some pixels; ``tolerance`` is the image's.
 
-    ``sums``: how many numbers a pixel has; ``begin``: frames of each copy in the first round.
+    ``bare``: of so many pixels, the first, what is hidden alone; ``sums``: how many numbers a pixel has; ``begin``:
+    frames of each copy in the first round.
     """
 
     scene: Scene
     tolerance: float
     first: int = 0
     last: int = 0
-    sums: ClassVar[int] = 5
+    bare: int = 0
+    sums: ClassVar[int] = 9
     begin: ClassVar[int] = FRAMES
 
     @property
@@ -106,21 +108,28 @@ class Frames:
         return scrambled(REPLICAS, BITS)[:, :, self.first : self.last].reshape(4, -1)
 
     def __call__(self, pixel: Ints) -> Floats:
-        """Sums (REPLICAS, 5, n) over the frames: radiance, hits of emitters, misses."""
+        """Sums (REPLICAS, 9, n) over the frames: radiance if nothing blocks, what is hidden of it, hits of emitters,
+        misses, hits of small triangles' outside.
+        """
         scene, geometry, needs = prepare(self.scene)
         x, y, *light = self.places
         row, across = np.divmod(pixel, scene.width)
         view: View = look(scene, geometry, (across + x[:, None]).ravel(), (row + y[:, None]).ravel(), x.size)
-        found: Floats = np.vstack((view.emission, view.emitter, view.background)).astype(np.float64)
-        points, of = view.points.as_exact_as(self.tolerance), view.lit // pixel.size
-        found[:3, view.lit] += reflected(points, needs, partial(_share, light=np.array(light), of=of))
-        return np.asarray(found.reshape(5, REPLICAS, -1, pixel.size).sum(axis=2).swapaxes(0, 1))
+        found: Floats = np.zeros((9, view.emitter.size))
+        found[6:8] = view.emitter, view.background
+        points, (of, who) = view.points.as_exact_as(self.tolerance), np.divmod(view.lit, pixel.size)
+        found[:3], full = view.emission, np.flatnonzero(who >= self.bare)
+        found[:3, view.lit[full]] += reflected(points.take(full), needs, without_shadows)
+        found[3:6, view.lit] = reflected(points, needs, partial(_lost, light=np.array(light), of=of))
+        found[8, view.lit] = points.outside
+        return np.asarray(found.reshape(9, REPLICAS, -1, pixel.size).sum(axis=2).swapaxes(0, 1))
 
 
-def _share(points: ShadingPoints, source: Source, light: Floats, of: Ints) -> Floats:
-    """What a source sends to the eye; each point's shadow is that of place ``of`` (n,) of the ``light``, (2, m)."""
-    free = without_shadows(points, source)
-    return free if source.blockers.none else free - hidden_from(points, source, _turned(light, source), of)
+def _lost(points: ShadingPoints, source: Source, light: Floats, of: Ints) -> Floats:
+    """What is hidden of a source; each point's shadow is that of place ``of`` (n,) of the ``light``, (2, m)."""
+    if source.blockers.none:
+        return np.zeros((3, points.count))
+    return hidden_from(points, source, _turned(light, source), of)
 
 
 def _turned(light: Floats, source: Source) -> Floats:
@@ -131,25 +140,25 @@ def _turned(light: Floats, source: Source) -> Floats:
 class CentreFrames(Frames):
     """The same of light points alone, for pixels that reflect at their centres."""
 
-    sums: ClassVar[int] = 3
+    sums: ClassVar[int] = 6
 
     def __call__(self, pixel: Ints) -> Floats:
-        """Sums (REPLICAS, 3, n) over the frames of radiance."""
+        """Sums (REPLICAS, 6, n) over the frames: radiance if nothing blocks, what is hidden of it."""
         scene, geometry, needs = prepare(self.scene)
         light = self.places[:2]
         row, across = np.divmod(pixel, scene.width)
         points = look(scene, geometry, across + 0.5, row + 0.5).points.as_exact_as(self.tolerance)
-        found = np.zeros((3, light.shape[1], pixel.size))
+        found = np.zeros((6, light.shape[1], pixel.size))
         for each_source in needs.sources:
             source = each_source.seen_from(points.position)
             free = without_shadows(points, source)
-            found += free[:, None]
+            found[:3] += free[:, None]
             k = np.flatnonzero(free.any(axis=0))
             if not source.blockers.none:
                 of, who = np.divmod(np.arange(light.shape[1] * k.size), max(k.size, 1))
                 lost = hidden_from(points.take(k[who]), source, _turned(light, source), of)
-                found[:, :, k] -= lost.reshape(3, -1, k.size)
-        return np.asarray(found.reshape(3, REPLICAS, -1, pixel.size).sum(axis=2).swapaxes(0, 1))
+                found[3:, :, k] += lost.reshape(3, -1, k.size)
+        return np.asarray(found.reshape(6, REPLICAS, -1, pixel.size).sum(axis=2).swapaxes(0, 1))
 
 
 def _sums(frames: Frames, pixel: Ints) -> Floats:
@@ -184,10 +193,12 @@ class Crowd:
         Of the image.
     executor : Executor or None
     pixel : (n,) int64
-    total : (REPLICAS, 5 or 3, n) float64
-        Sums over each copy's frames: radiance, and of whole pixels hits of emitters, misses.
+    total : (REPLICAS, 9 or 6, n) float64
+        Sums over each copy's frames: see `Frames`.
     frames : (n,) int64
         Of each copy.
+    free : (3, n) float64
+        Radiance if nothing blocks, where it is known; elsewhere NaN.
     """
 
     work: Frames
@@ -196,6 +207,7 @@ class Crowd:
     pixel: Ints
     total: Floats
     frames: Ints
+    free: Floats
     evaluations: int = 0
 
     @classmethod
@@ -203,32 +215,55 @@ class Crowd:
         """After the first round."""
         shape = work.scene.height, work.scene.width
         total, frames = np.zeros((REPLICAS, work.sums, pixel.size)), np.zeros(pixel.size, dtype=np.int64)
-        crowd = cls(work, shape, executor, pixel, total, frames)
+        crowd = cls(work, shape, executor, pixel, total, frames, np.full((3, pixel.size), np.nan))
         crowd._more(np.arange(pixel.size), work.begin)
         return crowd
 
+    def know(self, free: Floats) -> None:
+        """Radiance (3, n) of pixels if nothing blocks, else NaN: believed where all saw small triangles' outside."""
+        seen = self.total[:, 8].sum(axis=0) > REPLICAS * self.frames - 0.5
+        self.free = np.where(seen, free, np.nan)
+
+    @property
+    def known(self) -> Bools:
+        """Where ``free`` is, (n,)."""
+        return ~np.isnan(self.free[0])
+
+    @property
+    def share(self) -> Floats:
+        """Of places in each pixel: those that met emitters, those that met nothing, (2, n)."""
+        return np.asarray(self.total[:, 6:8].sum(axis=0) / (REPLICAS * self.frames))
+
+    def radiance(self) -> Floats:
+        """Of each copy, (REPLICAS, 3, n)."""
+        free = np.where(self.known, self.free, self.total[:, :3] / self.frames)
+        return np.asarray(free - self.total[:, 3:6] / self.frames)
+
     @property
     def mean(self) -> Floats:
-        """(5 or 3, n)."""
-        return np.asarray(self.total.mean(axis=0) / self.frames)
+        """(3, n)."""
+        return np.asarray(self.radiance().mean(axis=0))
 
     @property
     def square(self) -> float:
         """Sum of squared radiance."""
-        return float((self.mean[:3] ** 2).sum())
+        return float((self.mean**2).sum())
 
     def variance(self) -> Floats:
-        """Of the means' radiance, summed over the channels, (n,): pooled over the pixels of 3 x 3."""
-        each = self.total[:, :3] / self.frames
-        own = each.var(axis=0, ddof=1).sum(axis=0) / REPLICAS
-        # Pooled per frame: neighbours may have had another number of them.
-        sums = np.zeros((2, self.shape[0] + 2, self.shape[1] + 2))
+        """Of the means' radiance, summed over the channels, (n,): pooled over the pixels of 3 x 3.
+
+        Those of which all but the shadow is known apart from others, which may show a silhouette that no place met.
+        """
+        own = self.radiance().var(axis=0, ddof=1).sum(axis=0) / REPLICAS
         row, across = np.divmod(self.pixel, self.shape[1])
+        kind = self.known.astype(np.int64)
+        # Pooled per frame: neighbours may have had another number of them.
+        sums = np.zeros((2, 2, self.shape[0] + 2, self.shape[1] + 2))
         for dy in range(3):
             for dx in range(3):
-                sums[0, row + dy, across + dx] += own * self.frames
-                sums[1, row + dy, across + dx] += 1
-        pooled = (sums[0] / np.maximum(sums[1], 1))[row + 1, across + 1]
+                sums[0, kind, row + dy, across + dx] += own * self.frames
+                sums[1, kind, row + dy, across + dx] += 1
+        pooled = sums[0, kind, row + 1, across + 1] / sums[1, kind, row + 1, across + 1]
         return np.asarray(pooled / self.frames)
 
     def refine(self, budget: float, most: int = MOST) -> Floats:
@@ -246,13 +281,15 @@ class Crowd:
     def _more(self, some: Ints, count: int) -> None:
         """As many frames again for some pixels, or the first ``count``."""
         work: list[tuple[Ints, Frames]] = []
+        some = some[np.argsort(~self.known[some], kind="stable")]
         for frames in distinct(self.frames[some]).tolist():
             mine = some[self.frames[some] == frames]
             for part in np.array_split(mine, -(-REPLICAS * mine.size // RAYS)):
+                bare = int(np.count_nonzero(self.known[part]))
                 step = max(1, RAYS // (REPLICAS * part.size))
                 for first in range(frames, 2 * frames or count, step):
                     last = min(first + step, 2 * frames or count)
-                    work.append((part, replace(self.work, first=first, last=last)))
+                    work.append((part, replace(self.work, first=first, last=last, bare=bare)))
         pixels = [self.pixel[part] for part, _ in work]
         for (part, one), sums in zip(work, each(_sums, self.executor, [w for _, w in work], pixels), strict=True):
             self.total[:, :, part] += sums
