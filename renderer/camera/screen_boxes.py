@@ -79,7 +79,7 @@ class ImageBoxes:
         if not ahead.all():
             return self._dense(d, np.flatnonzero(self.live))
         s0, s1, t0, t1 = self.boxes
-        chosen = np.flatnonzero(
+        chosen: Ints = np.flatnonzero(
             (s0 <= high[0].max()) & (s1 >= low[0].min()) & (t0 <= high[1].max()) & (t1 >= low[1].min()) & self.live
         )
         middle, pad = (low + high) / 2, ((high - low) / 2).max(axis=1)
