@@ -95,7 +95,7 @@ class Image:
             emitter=emitter,
             background=background,
             unjudged=np.zeros(emitter.shape, dtype=bool),
-            pass_means=np.array([total / 3 / max(np.count_nonzero(shaded), 1)]),
+            pass_means=np.array([total / 3 / max(int(np.count_nonzero(shaded)), 1)]),
             back_faces=back_faces,
             left_out=left_out,
         )

@@ -54,7 +54,7 @@ class Parts:
 
     def take(self, index: Ints) -> Parts:
         """Those of ``index`` (k,)."""
-        return Parts(*(v[index] for v in (self.pixel, self.triangle, self.area, self.x, self.y)))
+        return Parts(self.pixel[index], self.triangle[index], self.area[index], self.x[index], self.y[index])
 
 
 def parts_of(scene: Scene, geometry: Geometry, pixel: Ints) -> Parts:

@@ -10,7 +10,7 @@ import numpy as np
 from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.ragged import take
 from nusselt.renderer.lights import Light
-from nusselt.renderer.vectors import Bools, Floats, Ints, distinct
+from nusselt.renderer.vectors import Bools, Floats, Ints, distinct, dot
 
 from .bvh import Hierarchy
 from .segments import Blockers
@@ -28,6 +28,20 @@ def outline_of(geometry: Geometry, hierarchy: Hierarchy, light: Light) -> tuple[
         return None, reason
     found = outline(surface, light.hull(), light.at_infinity)
     return found, "" if found else "the light lies beside or inside the surface"
+
+
+@lru_cache(maxsize=16)
+def turned_to(geometry: Geometry, hierarchy: Hierarchy, light: Light) -> Hierarchy:
+    """A hierarchy of those triangles alone that some point of a light is before.
+
+    A segment that comes out of closed bodies to the light crosses one of these last.
+    """
+    k, hull = hierarchy.triangles.astype(np.int64), light.hull()
+    normal, a = take(geometry.normal, k), take(geometry.a, k)
+    offset = np.zeros(k.size) if light.at_infinity else dot(normal, a)
+    slack = 1e-14 * np.abs(normal).sum(axis=0) * (np.abs(a).max() + np.abs(hull).max())
+    mine = (normal.T @ hull > (offset - slack)[:, None]).any(axis=1)
+    return Hierarchy.over(geometry, k[mine]) if mine.any() else hierarchy
 
 
 @lru_cache(maxsize=64)
@@ -48,19 +62,27 @@ class CommonVisibility:
         What ``outline`` does not stand for.
     outline : Outline or None
         Of the triangles in the hierarchy, if they close.
+    light : Light
     """
 
     blockers: Blockers
     rest: Blockers
     outline: Outline | None
+    light: Light
 
     @classmethod
     def of(cls, b: Blockers, light: Light) -> CommonVisibility:
         """What may stand between a light and some points."""
         if b.hierarchy is None or b.offset is not None:  # rays that start off the surface are traced
-            return cls(b, b, None)
+            return cls(b, b, None, light)
         found, _ = outline_of(b.geometry, b.hierarchy, light)
-        return cls(b, replace(b, triangles=b.loose, hierarchy=None) if found else b, found)
+        return cls(b, replace(b, triangles=b.loose, hierarchy=None) if found else b, found, light)
+
+    @property
+    def turned(self) -> Blockers:
+        """All of it but triangles turned from the light: where they close, what stands before points outside them."""
+        b = self.blockers
+        return replace(b, hierarchy=turned_to(b.geometry, b.hierarchy, self.light)) if b.hierarchy else b
 
     def seen(
         self,
@@ -127,8 +149,9 @@ class CommonVisibility:
         k = np.flatnonzero(hidden)
         unsure = np.append(np.flatnonzero(few), k[~self._beyond(take(points, k), take(d, k))])
         if unsure.size:
-            p, way = take(points, unsure), take(d, unsure)
-            hidden[unsure] = self.blockers.hierarchy_hides(p, way, at_infinity)
+            before = np.zeros(unsure.size, dtype=bool) if outside is None else take(outside, unsure)
+            for mine, blockers in ((unsure[before], self.turned), (unsure[~before], self.blockers)):
+                hidden[mine] = blockers.hierarchy_hides(take(points, mine), take(d, mine), at_infinity)
         return hidden
 
     def layers(self, points: Floats, d: Floats, eyes: Floats, of: Ints, outside: Bools | None = None) -> Ints:

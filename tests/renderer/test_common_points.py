@@ -104,6 +104,22 @@ def test_a_silhouette_that_loses_an_edge_is_caught(monkeypatch):
         test_silhouettes_hide_what_testing_every_triangle_hides(displaced_sphere, LIGHTS[0], False)
 
 
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("light", LIGHTS[:2], ids=lambda light: type(light).__name__)
+def test_faces_turned_to_a_light_hide_from_points_outside_what_all_hide(shape, light):
+    g = geometry(made(shape, 400))
+    view = CommonVisibility.of(Blockers.everything(g).gathered(), light)
+    p = (g.a + g.b + g.c) / 3
+    eye = light.hull().mean(axis=1, keepdims=True)
+    d = np.broadcast_to(eye, p.shape) if light.at_infinity else eye - p
+    facing = np.flatnonzero((g.normal * d).sum(axis=0) > 0)
+    p, d = p[:, facing], d[:, facing]
+    fewer, every = (b.hierarchy_hides(p, d, light.at_infinity) for b in (view.turned, view.blockers))
+    assert view.turned.hierarchy.triangles.size < 0.7 * view.blockers.hierarchy.triangles.size
+    assert 0.02 < every.mean() < 0.95
+    assert np.array_equal(fewer, every)
+
+
 def mesh_scene(size=(20, 15)):
     ball = Ellipsoid.sphere((0.9, 0.4, 0.9), 0.3)
     return scene(made(torus_knot, 600, 0.7, (0, 1, 0)), floor(), ellipsoids=(ball,), lights=(lamp(2.5),), size=size)
