@@ -42,12 +42,12 @@ PLAN_BIG = Plan(
     ways=(Way("multijitter", 0), Way("ldsampler", 0), Way("orthogonal", 0), Way("multijitter", 1), DEFAULT),
 )
 LONGEST = Plan(
-    sizes=(16, 64, 256, 1024, 4096, 16384, 65536),
+    sizes=(16, 64, 256, 1024, 4096, 16384, 65536, 262144, 1048576, 4194304),
     truth=1e-5,
-    longest=900.0,
+    longest=7200.0,
     ways=(Way("multijitter", 0), Way("ldsampler", 0), Way("orthogonal", 0), DEFAULT),
     enough=min(TARGETS),
-    timeout=4 * 3600.0,
+    timeout=24 * 3600.0,
 )
 """Until Mitsuba's error is the smallest that is asked for."""
 LONG_SCENES = ("quad", "cornell-boxes", "cornell")
