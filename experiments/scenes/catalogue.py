@@ -75,7 +75,7 @@ def summary(name: str) -> str:
 def file_of(name: str) -> Path | None:
     """The file of a scene, or of a classic one by its name; None where there is none."""
     path = Path(name)
-    if name in CLASSIC and not path.exists():
+    if name in CLASSIC and (path.is_dir() or not path.exists()):
         return FOLDER / f"{name}.test"
     return path if path.is_file() else None
 
@@ -89,9 +89,10 @@ def load(name: str, lenient: bool = False, as_diffuse: bool = False, as_mesh: bo
         If there is no such file, or its content is not a scene.
     """
     path = Path(name)
-    if name in GENERATED and not path.exists():
+    taken = path.exists() and not path.is_dir()  # a folder of that name, as of results, is none
+    if name in GENERATED and not taken:
         return generated(name)
-    if name in CLASSIC and not path.exists():
+    if name in CLASSIC and not taken:
         return read_scene(FOLDER / f"{name}.test", lenient=lenient).with_(name=name)
     if not path.exists():
         raise InputError("scene", name, "a scene file, or one of " + ", ".join((*CLASSIC, *GENERATED)))

@@ -109,3 +109,11 @@ def test_few_pixels_are_not_judged(rows):
     for row in rows.values():
         assert row["pixels"]["unjudged"] <= 1e-3 * sum(row["pixels"].values())
         assert sum(row["pixels"].values()) >= row["pixels"]["shaded"] > 10_000
+
+
+def test_a_folder_named_as_a_scene_hides_none(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("cornell", "mesh"):
+        (tmp_path / name).mkdir()
+        assert catalogue.load(name).lights
+    assert catalogue.file_of("cornell").name == "cornell.test"
