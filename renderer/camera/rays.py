@@ -43,6 +43,11 @@ def primary_directions(scene: Scene, x: Floats, y: Floats) -> Floats:
     return look + (2 * x / scene.width - 1) * right + (1 - 2 * y / scene.height) * up
 
 
+def pixel_corners(scene: Scene) -> Floats:
+    """Directions (3, 3) through three corners of the first pixel: its own, the one across, the one below."""
+    return primary_directions(scene, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+
+
 def pixel_size(scene: Scene) -> float:
     """Height of a pixel in the plane at distance one from the camera (dimensionless)."""
     return 2 * math.tan(math.radians(scene.camera.fov_y) / 2) / scene.height

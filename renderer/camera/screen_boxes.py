@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nusselt.renderer.geometry.arrays import Geometry
-from nusselt.renderer.geometry.ragged import MAX_CELLS, Cells, take
+from nusselt.renderer.geometry.ragged import MAX_CELLS, Cells, any_within, take
 from nusselt.renderer.vectors import Floats, Ints, transform
 from nusselt.renderer.watertight import edge_functions
 
@@ -110,9 +110,7 @@ class ImageBoxes:
         if wide * high > MAX_CELLS:
             return chosen
         column, row = np.floor(at - low[:, None]).astype(np.int64)
-        count = np.zeros((high + 1, wide + 1), dtype=np.int64)
-        np.add.at(count, (row + 1, column + 1), 1)
-        count = count.cumsum(axis=0).cumsum(axis=1)
+        count = np.bincount(row * wide + column, minlength=wide * high).reshape(high, wide)
         # One pixel more on every side: places were rounded.
         s0, s1, t0, t1 = (
             np.clip(np.floor(bound - corner) + step, 0, most).astype(np.int64)
@@ -120,7 +118,7 @@ class ImageBoxes:
                 self.boxes[:, chosen], np.repeat(low, 2), (-1, 2, -1, 2), np.repeat((wide, high), 2), strict=True
             )
         )
-        return chosen[count[t1, s1] - count[t0, s1] - count[t1, s0] + count[t0, s0] > 0]
+        return chosen[any_within(count, s0, s1, t0, t1)]
 
     def _padded(self, chosen: Ints, pad: Floats) -> list[Floats]:
         s0, s1, t0, t1 = self.boxes[:, chosen]

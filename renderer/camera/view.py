@@ -15,7 +15,7 @@ from nusselt.renderer.vectors import Floats, Ints, column, dot, unit
 from nusselt.renderer.visibility.segments import small_triangles
 
 from .first_hits import Hits, first_hits
-from .rays import primary_directions
+from .rays import pixel_corners, primary_directions
 
 FACING_ULPS = 16 * 2.0**-53
 """Rounding of the cosine between two unit vectors: where a surface is seen edge-on its front is what is seen."""
@@ -80,7 +80,7 @@ def shading_points(
 
 def look(scene: Scene, geometry: Geometry, x: Floats, y: Floats, frames: int = 1) -> View:
     """Trace the rays through image points (x, y) in pixels, each (n,), y down; ``frames`` as in `first_hits`."""
-    corners = primary_directions(scene, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+    corners = pixel_corners(scene)
     d = primary_directions(scene, x, y)
     hits = first_hits(geometry, column(scene.camera.position), d, corners, frames)
     outgoing = -unit(d)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nusselt.renderer.vectors import Floats, Ints
+from nusselt.renderer.vectors import Bools, Floats, Ints
 
 BLOCK = 1 << 18
 """Pairs handled at once: bounds the memory, and fits the cache."""
@@ -122,3 +122,10 @@ class Cells:
         last = np.minimum(np.floor(high - (self.low[axis] + least - slack)), self.shape[axis] - 1)
         first, last = np.minimum(first, 1e6), np.maximum(last, -1e6)  # bounds may be infinite
         return first.astype(np.int64), (last - first).astype(np.int64) + 1
+
+
+def any_within(count: Ints, x0: Ints, x1: Ints, y0: Ints, y1: Ints) -> Bools:
+    """Whether rectangles (n,) of cells, x0 to x1 and y0 to y1 without those, hold any counted in a grid (h, w)."""
+    total = np.zeros(np.add(count.shape, 1), dtype=np.int64)
+    total[1:, 1:] = count.cumsum(axis=0).cumsum(axis=1)
+    return np.asarray(total[y1, x1] - total[y0, x1] - total[y1, x0] + total[y0, x0] > 0)

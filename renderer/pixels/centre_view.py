@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nusselt.renderer.camera.first_hits import Seen, hits_at, nearest_surfaces, origin_in
-from nusselt.renderer.camera.rays import pixel_centres, primary_directions
+from nusselt.renderer.camera.rays import pixel_centres, pixel_corners, primary_directions
 from nusselt.renderer.camera.view import shading_points_seen
 from nusselt.renderer.geometry.arrays import Geometry
 from nusselt.renderer.geometry.ragged import take
@@ -53,7 +53,7 @@ class CentreView:
     def of(cls, scene: Scene, geometry: Geometry) -> CentreView:
         """What the camera of a scene near the origin sees."""
         x, y = pixel_centres(range(scene.width), range(scene.height))
-        corners = primary_directions(scene, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+        corners = pixel_corners(scene)
         eye, d = column(scene.camera.position), primary_directions(scene, x, y)
         found = nearest_surfaces(geometry, eye, d, corners)
         row = np.where(found.ellipsoid >= 0, geometry.triangles + found.ellipsoid, found.triangle)

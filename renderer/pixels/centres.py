@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -30,19 +29,6 @@ class _Work:
     def __call__(self, points: ShadingPoints) -> Floats:
         """Reflected radiance (3, n)."""
         return reflected(points, prepare(self.scene).needs, still(self.estimator))
-
-
-def allowed(share: float, known: float, count: int, first: Floats) -> float:
-    """RMS error that ``count`` values may have for a share of all values' RMS.
-
-    Parameters
-    ----------
-    known : float
-        Sum of squares of others.
-    first : (3, n) float64
-        Some of them.
-    """
-    return share * math.sqrt(known / count + float((first**2).sum()) / max(first.shape[1], 1))
 
 
 @dataclass

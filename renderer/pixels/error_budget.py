@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,3 +49,16 @@ class Budget:
         good &= error <= self.most
         self.left -= float(square[good].sum())
         return good
+
+
+def allowed(share: float, known: float, count: int, first: Floats) -> float:
+    """RMS error that ``count`` values may have for a share of all values' RMS.
+
+    Parameters
+    ----------
+    known : float
+        Sum of squares of others.
+    first : (c, n) float64
+        Some of them.
+    """
+    return share * math.sqrt(known / count + float((first**2).sum()) / max(first.shape[1], 1))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nusselt.renderer.camera.first_hits import Hits
-from nusselt.renderer.camera.rays import primary_directions
+from nusselt.renderer.camera.rays import pixel_corners, primary_directions
 from nusselt.renderer.camera.screen_boxes import kept_boxes
 from nusselt.renderer.camera.view import shading_points
 from nusselt.renderer.estimators.analytic import without_shadows
@@ -62,7 +62,7 @@ def parts_of(scene: Scene, geometry: Geometry, pixel: Ints) -> Parts:
     tree, nothing = small_triangles(geometry), np.zeros(0, dtype=np.int64)
     none = Parts(nothing, nothing, *np.zeros((3, 0)))
     eye = column(scene.camera.position)
-    corners = primary_directions(scene, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+    corners = pixel_corners(scene)
     seen = kept_boxes(geometry, eye.tobytes(), corners.tobytes())
     if tree is None or seen.rows is None or pixel.size == 0 or (np.abs(eye - tree.centre) <= tree.half).all():
         return none

@@ -15,6 +15,7 @@ from nusselt.renderer.visibility.segments import small_triangles
 
 from .convergence import Convergence
 from .doubt_squares import doubtful_places
+from .error_budget import allowed
 from .fill import BARE, DEAR, SHADOWED, Price, fill
 from .filling import Parts, Reach, first_step
 from .first_estimates import Known, first_estimates, means, summed
@@ -99,13 +100,11 @@ def first_values(
         which = region.ravel()[pixel], pieces.region[piece]
         return shade(np.append(x, pieces.x[piece]), np.append(y, pieces.y[piece]), np.concatenate(which))
 
-    def allowed(first: Floats) -> float:
-        return price.share * tolerance * math.sqrt(float((first**2).sum()) / max(first.shape[1], 1))
-
     channels = 3 if palette.tint is None else 1
     convergence = Convergence.of(regions, lights.sources, first_step(region, price.nodes))
     reach = _reach(convergence, region, pieces)
-    found = fill(region, Parts(pieces, own, own | rough), evaluate, allowed, alone, price, channels, reach)
+    limit = partial(allowed, price.share * tolerance, 0.0, 1)
+    found = fill(region, Parts(pieces, own, own | rough), evaluate, limit, alone, price, channels, reach)
     known = Known.of(found.value, region, pieces, found.piece)
     # What others tell nothing of tells nothing of its neighbours.
     apart = alone if reach is None else alone | (reach.pixel < 1)

@@ -23,7 +23,8 @@ from nusselt.renderer.scene import Scene
 from nusselt.renderer.vectors import Floats, Ints
 
 from .centre_view import CentreView, on_small_planes
-from .centres import CentreShader, allowed
+from .centres import CentreShader
+from .error_budget import allowed
 from .fill import fill_centres
 from .render_crowded import crowded_centres, sampled_centres
 

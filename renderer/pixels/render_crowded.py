@@ -20,7 +20,8 @@ from nusselt.renderer.vectors import Floats, Ints
 from nusselt.renderer.visibility.segments import small_triangles
 
 from .centre_view import CentreView
-from .centres import CentreShader, allowed
+from .centres import CentreShader
+from .error_budget import allowed
 from .face_means import unshadowed_means
 from .fill import fill_centres
 from .first_estimates import means

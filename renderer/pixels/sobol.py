@@ -16,12 +16,13 @@ FIRST = ((), (1,), (1, 3), (1, 3, 1))
 """Initial direction numbers of each dimension after van der Corput's."""
 TAPS = ((), (1,), (1, 1), (0, 1, 1))
 """Its primitive polynomial's coefficients, that of x^(s - 1) first."""
+SEED = 7
 
 
 @lru_cache(maxsize=4)
-def scrambled(copies: int, bits: int, seed: int = 7) -> Floats:
+def scrambled(copies: int, bits: int) -> Floats:
     """The first 2^bits points of each copy, (4, copies, 2^bits) in [0, 1)."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(SEED)
     return np.stack([[_owen(_sequence(axis, bits), bits, rng) for _ in range(copies)] for axis in range(len(FIRST))])
 
 

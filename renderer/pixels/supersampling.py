@@ -15,7 +15,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from nusselt.renderer.camera.rays import primary_directions
+from nusselt.renderer.camera.rays import pixel_corners
 from nusselt.renderer.camera.screen_boxes import kept_boxes
 from nusselt.renderer.camera.view import View, look
 from nusselt.renderer.chunks import each
@@ -62,7 +62,7 @@ def touched(scene: Scene, geometry: Geometry) -> Bools:
     tree = small_triangles(geometry)
     if tree is None:
         return np.zeros((height, width), dtype=bool)
-    corners = primary_directions(scene, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
+    corners = pixel_corners(scene)
     seen = kept_boxes(geometry, column(scene.camera.position).tobytes(), corners.tobytes())
     mine = tree.triangles[seen.live[tree.triangles]]
     most = np.array([[width], [width], [height], [height]])
@@ -90,8 +90,7 @@ def around_agrees(label: Ints) -> Bools:
 class Frames:
     """A piece of work: frames ``first`` to ``last`` of all copies, in some pixels; ``tolerance`` is the image's.
 
-    ``bare``: of so many pixels, the first, what is hidden alone; ``sums``: how many numbers a pixel has; ``begin``:
-    frames of each copy in the first round.
+    ``bare``: of so many pixels, the first, what is hidden alone; ``sums``: how many numbers a pixel has.
     """
 
     scene: Scene
@@ -100,7 +99,6 @@ class Frames:
     last: int = 0
     bare: int = 0
     sums: ClassVar[int] = 9
-    begin: ClassVar[int] = FRAMES
 
     @property
     def places(self) -> Floats:
@@ -216,7 +214,7 @@ class Crowd:
         shape = work.scene.height, work.scene.width
         total, frames = np.zeros((REPLICAS, work.sums, pixel.size)), np.zeros(pixel.size, dtype=np.int64)
         crowd = cls(work, shape, executor, pixel, total, frames, np.full((3, pixel.size), np.nan))
-        crowd._more(np.arange(pixel.size), work.begin)
+        crowd._more(np.arange(pixel.size), FRAMES)
         return crowd
 
     def know(self, free: Floats) -> None:

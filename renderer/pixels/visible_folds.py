@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from nusselt.renderer.geometry.ragged import any_within
 from nusselt.renderer.vectors import Bools, Floats, Ints
 
 from .candidate_edges import SIDE, Lines
@@ -72,14 +73,12 @@ def _in_image(folds: Folds, regions: Regions) -> tuple[Bits, Ints]:
 
 def _may_meet(lines: Bits, cells: Ints, width: int, height: int) -> Bools:
     """Which lines' boxes hold, or touch, one of the cells."""
-    count = np.zeros((height + 1, width + 1), dtype=np.int64)
-    count[1:, 1:] = np.bincount(cells, minlength=width * height).reshape(height, width)
-    count = count.cumsum(axis=0).cumsum(axis=1)
+    count = np.bincount(cells, minlength=width * height).reshape(height, width)
     low, high = np.minimum(lines.start, lines.end) - CLOSE, np.maximum(lines.start, lines.end) + CLOSE
     most = np.array([[width], [height]])
     x0, y0 = np.clip(np.floor(low), 0, most).astype(np.int64)
     x1, y1 = np.clip(np.floor(high) + 1, 0, most).astype(np.int64)
-    return np.asarray(count[y1, x1] - count[y0, x1] - count[y1, x0] + count[y0, x0] > 0)
+    return any_within(count, x0, x1, y0, y1)
 
 
 def _along(bits: Bits, others: Bits, i: Ints, j: Ints) -> Bools:

@@ -21,7 +21,7 @@ from nusselt.renderer.closed_forms.irradiance import facing, irradiance
 from nusselt.renderer.closed_forms.phong_lobe import phong_lobe
 from nusselt.renderer.image import render
 from nusselt.renderer.pixels import render_area, render_centre
-from nusselt.renderer.pixels.centres import allowed
+from nusselt.renderer.pixels.error_budget import allowed
 from nusselt.renderer.pixels.fill import fill_centres
 from nusselt.renderer.prepared import prepare
 
